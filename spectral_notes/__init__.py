@@ -1,0 +1,1 @@
+"""Spectral Geometry Notes: the support library of the course."""
