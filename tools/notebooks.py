@@ -378,7 +378,7 @@ def main(arguments: list[str] | None = None) -> int:
     parser.add_argument("--jobs", type=int, default=min(4, os.cpu_count() or 1), help="notebooks executed at once")
     parser.add_argument("--into", type=Path, default=ROOT / "_build" / "executed", help="where `execute` writes")
     parser.add_argument("--root", type=Path, default=ROOT, help="the project whose library and pins count")
-    options = parser.parse_args(arguments)
+    options = parser.parse_intermixed_args(arguments)
     try:
         paths = find_notebooks(options.paths)
         if options.command == "check":

@@ -1,0 +1,74 @@
+# Spectral Geometry Notes: `make help` lists the targets.
+# Every target makes its own environment when it needs one, and does nothing when nothing changed.
+
+SHELL := /bin/sh
+.DEFAULT_GOAL := help
+.DELETE_ON_ERROR:
+
+# The environment: the active one (virtualenv or a named conda environment), else .venv, made on first use.
+CONDA_ACTIVE := $(if $(filter-out base,$(CONDA_DEFAULT_ENV)),$(CONDA_PREFIX))
+ENV := $(or $(VIRTUAL_ENV),$(CONDA_ACTIVE),.venv)
+PY := $(ENV)/bin/python
+READY := $(ENV)/.spectral-notes-ready
+STAMPS := _build/stamps
+JOBS ?= 2
+
+# Printed digits must not depend on the number of cores: one BLAS thread a process.
+export OPENBLAS_NUM_THREADS := 1
+export OMP_NUM_THREADS := 1
+export MKL_NUM_THREADS := 1
+export PYDEVD_DISABLE_FILE_VALIDATION := 1
+
+LIBRARY := $(shell find spectral_notes -type f -not -path '*/__pycache__/*')
+NOTEBOOKS := $(wildcard book/*.ipynb)
+BOOK := $(shell find book -type f -not -path '*/.*' -not -path '*/_build/*') _config.yml _toc.yml
+TOOLS := $(wildcard tools/*.py)
+TESTS := $(shell find tests -type f -name '*.py') $(wildcard benchmarks/*.py)
+
+.PHONY: help book test lint notebooks serve lab pins clean distclean
+
+help:  ## list the targets
+	@awk -F ':.*## ' '/^[a-z]+:.*## / {printf "  make %-10s %s\n", $$1, $$2}' $(MAKEFILE_LIST)
+
+book: $(STAMPS)/book  ## execute what changed and render the book into _build/html
+test: $(STAMPS)/test  ## unit tests, doctests, and every stored output against a fresh run
+lint: $(STAMPS)/lint  ## ruff, mypy --strict, the import layers, the form of the notebooks
+
+notebooks: $(READY)  ## run the notebooks (or NB=book/NAME.ipynb) and store their text outputs
+	$(PY) tools/notebooks.py run --jobs $(JOBS) $(NB)
+
+serve: book  ## look at the book at http://localhost:8000
+	$(PY) -m http.server --bind 127.0.0.1 --directory _build/html 8000
+
+lab: $(READY)  ## open the notebooks in JupyterLab
+	$(PY) -m jupyterlab book
+
+pins: $(READY)  ## compile requirements.txt anew from pyproject.toml
+	$(PY) tools/pins.py
+
+clean:  ## remove everything that was built
+	rm -rf _build dist build .pytest_cache .mypy_cache .ruff_cache .import_linter_cache .hypothesis
+	find . -name __pycache__ -not -path './.venv/*' -prune -exec rm -rf {} +
+
+distclean: clean  ## remove .venv as well
+	rm -rf .venv *.egg-info
+
+$(STAMPS)/book: $(READY) $(BOOK) $(LIBRARY) $(TOOLS)
+	$(PY) tools/build_book.py --jobs $(JOBS)
+	@mkdir -p $(STAMPS) && touch $@
+
+$(STAMPS)/test: $(READY) $(BOOK) $(LIBRARY) $(TOOLS) $(TESTS)
+	$(PY) -m pytest -n $(JOBS) --dist loadfile --nbval --nbval-current-env --nbval-cell-timeout=600 \
+	    tests spectral_notes $(NOTEBOOKS)
+	@mkdir -p $(STAMPS) && touch $@
+
+$(STAMPS)/lint: $(READY) $(NOTEBOOKS) $(LIBRARY) $(TOOLS) $(TESTS)
+	$(PY) -m ruff check .
+	$(PY) -m mypy spectral_notes
+	$(ENV)/bin/lint-imports
+	$(PY) tools/notebooks.py check
+	@mkdir -p $(STAMPS) && touch $@
+
+$(READY): requirements.txt pyproject.toml
+	@sh tools/environment.sh $(ENV)
+	@touch $@

@@ -1,0 +1,77 @@
+"""Build the book: execute what changed, stage a copy of the sources, render it, check the pages.
+
+    python tools/build_book.py
+
+The notebooks of `book/` hold no images, so the pages are rendered from a staged copy, `_build/source`, in which each
+notebook is replaced by its executed twin. The rendered book is `_build/html`.
+"""
+
+from __future__ import annotations
+
+import argparse
+import filecmp
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+
+import check_book
+import notebooks
+import yaml
+
+ROOT = Path(__file__).resolve().parents[1]
+STAGED = ("_toc.yml", "book", "tools/offline_mathjax.py")
+SKIPPED_PARTS = ("__pycache__", ".ipynb_checkpoints")
+
+
+def staged_config(root: Path) -> str:
+    """Return the configuration of the book with execution off: the staged notebooks are executed already."""
+    config = yaml.safe_load((root / "_config.yml").read_text(encoding="utf-8"))
+    config["execute"] = {"execute_notebooks": "off", "stderr_output": "error"}
+    return yaml.safe_dump(config, sort_keys=False)
+
+
+def stage(root: Path, executed: Path, target: Path) -> None:
+    """Make `target` a copy of the sources with executed notebooks; touch only files whose content changed."""
+    wanted: dict[Path, Path] = {}
+    for name in STAGED:
+        top = root / name
+        for path in [top] if top.is_file() else top.rglob("*"):
+            if path.is_file() and not set(SKIPPED_PARTS) & set(path.parts):
+                twin = executed / path.name
+                wanted[target / path.relative_to(root)] = twin if path.suffix == ".ipynb" and twin.exists() else path
+    for copy, source in wanted.items():
+        if not copy.exists() or not filecmp.cmp(source, copy, shallow=False):
+            copy.parent.mkdir(parents=True, exist_ok=True)
+            shutil.copyfile(source, copy)
+    notebooks.write(target / "_config.yml", staged_config(root))
+    for stale in (p for p in target.rglob("*") if p.is_file() and p not in wanted and p != target / "_config.yml"):
+        stale.unlink()
+
+
+def render(source: Path, build_parent: Path) -> int:
+    """Render the staged sources into `build_parent/_build/html`; every warning is an error."""
+    jupyter_book = [sys.executable, "-c", "from jupyter_book.cli.main import main; main()", "build", str(source)]
+    strict = ["--path-output", str(build_parent), "-W", "-n", "--keep-going"]
+    return subprocess.run([*jupyter_book, *strict], check=False).returncode
+
+
+def main(arguments: list[str] | None = None) -> int:
+    """Run the command line and return its exit status."""
+    parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
+    parser.add_argument("--root", type=Path, default=ROOT, help="the folder that holds _config.yml")
+    parser.add_argument("--jobs", default="2", help="notebooks executed at once")
+    options = parser.parse_args(arguments)
+    root = options.root.resolve()
+    build = root / "_build"
+    execute = ["execute", "--into", str(build / "executed"), "--root", str(root), "--jobs", options.jobs]
+    if status := notebooks.main([*execute, str(root / "book")]):
+        return status
+    stage(root, build / "executed", build / "source")
+    if status := render(build / "source", root):
+        return status
+    return check_book.main([str(build / "html"), "--toc", str(root / "_toc.yml")])
+
+
+if __name__ == "__main__":
+    sys.exit(main())
