@@ -16,7 +16,7 @@ from spectral_notes._checks import as_count, as_floats, as_number, as_symmetric
 
 FloatArray = NDArray[np.float64]
 
-# Wyman, Sloan, Shirley (2013), eq. 4 and listing 1: row, height, centre (nm), 1/width left and right of it (1/nm).
+# Wyman, Sloan, Shirley (2013), eq. 4: row, height, centre (nm), 1/width left and right of it (1/nm).
 _LOBES = (
     (0, 0.362, 442.0, 0.0624, 0.0374),
     (0, 1.056, 599.8, 0.0264, 0.0323),
