@@ -9,6 +9,7 @@ from __future__ import annotations
 import numbers
 import operator
 from collections.abc import Sequence
+from typing import Any
 
 import numpy as np
 import scipy.sparse as sp
@@ -88,7 +89,7 @@ def as_choice(name: str, value: object, options: Sequence[str]) -> str:
 
 def as_symmetric(name: str, value: object, n: int | None = None) -> sp.csr_array:
     """Return `value`, dense or sparse, as a real symmetric float64 `csr_array` of shape (n, n)."""
-    matrix = sp.csr_array(value) if sp.issparse(value) else sp.csr_array(_real_array(name, value))  # type: ignore[arg-type]
+    matrix = sp.csr_array(value) if sp.issparse(value) else sp.csr_array(_real_array(name, value))
     if np.iscomplexobj(matrix):
         raise TypeError(f"{name} must be real; got dtype {matrix.dtype}")
     if matrix.ndim != 2 or matrix.shape[0] != matrix.shape[1]:
@@ -106,7 +107,7 @@ def as_symmetric(name: str, value: object, n: int | None = None) -> sp.csr_array
     return matrix
 
 
-def _real_array(name: str, value: object) -> NDArray[np.generic]:
+def _real_array(name: str, value: object) -> NDArray[Any]:
     """An array of booleans, integers or real numbers, or a TypeError."""
     try:
         array = np.asarray(value)
@@ -117,7 +118,8 @@ def _real_array(name: str, value: object) -> NDArray[np.generic]:
     return array
 
 
-def _check_shape(name: str, array: NDArray[np.generic], shape: Sequence[int | str]) -> None:
+def _check_shape(name: str, array: NDArray[Any], shape: Sequence[int | str]) -> None:
+    """Refuse an array that has not the given shape."""
     fits = array.ndim == len(shape) and all(
         isinstance(want, str) or want == have for want, have in zip(shape, array.shape, strict=True)
     )

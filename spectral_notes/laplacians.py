@@ -277,7 +277,7 @@ def _mass(mesh: TriangleMesh, areas: FloatArray, kind: str) -> sp.csr_array:
     """Mass matrix from the areas of the faces."""
     n = mesh.n_vertices
     if kind == "lumped":
-        return _diagonal(np.bincount(mesh.faces.ravel(), np.repeat(areas / 3.0, 3), minlength=n))
+        return _diagonal(np.bincount(mesh.faces.ravel(), np.repeat(areas / 3.0, 3), minlength=n).astype(np.float64))
     rows, columns = np.repeat(mesh.faces, 3, axis=1), np.tile(mesh.faces, (1, 3))  # (m, 9)
     entries = areas[:, None] * (1.0 + (rows == columns)) / 12.0
     return sp.csr_array((entries.ravel(), (rows.ravel(), columns.ravel())), (n, n))
