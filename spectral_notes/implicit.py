@@ -57,7 +57,7 @@ def round_cone(
     across = np.sqrt(np.maximum(np.einsum("ij,ij->i", offset, offset) - along**2, 0.0))
     slope = (start_radius - end_radius) / length
     t = np.clip(along - across * slope / np.sqrt(1.0 - slope**2), 0.0, length)
-    return np.asarray(np.hypot(along - t, across) - (start_radius - slope * t))
+    return np.asarray(np.sqrt((along - t) ** 2 + across**2) - (start_radius - slope * t))
 
 
 def rounded_box(points: FloatArray, center: Sequence[float], half_size: Sequence[float], radius: float) -> FloatArray:
@@ -85,6 +85,33 @@ def rounded_box(points: FloatArray, center: Sequence[float], half_size: Sequence
     excess = np.abs(points - np.asarray(center)) - (np.asarray(half_size) - radius)
     outside = np.linalg.norm(np.maximum(excess, 0.0), axis=1)
     return np.asarray(outside + np.minimum(excess.max(axis=1), 0.0) - radius)
+
+
+def rounded_extrusion(profile: FloatArray, slab: FloatArray, radius: float) -> FloatArray:
+    """Return the signed distance to the part of an endless prism inside a slab, its rims rounded.
+
+    Parameters
+    ----------
+    profile : ndarray (n,)
+        Signed distance to the prism.
+    slab : ndarray (n,)
+        Signed distance to the slab across it.
+    radius : float
+        Radius of the rims.
+
+    Returns
+    -------
+    ndarray (n,)
+        Negative inside, positive outside.
+
+    Examples
+    --------
+    >>> rounded_extrusion(np.array([3.0]), np.array([4.0]), 0.0)
+    array([5.])
+    """
+    a, b = profile + radius, slab + radius
+    outside = np.sqrt(np.maximum(a, 0.0) ** 2 + np.maximum(b, 0.0) ** 2)
+    return np.asarray(outside + np.minimum(np.maximum(a, b), 0.0) - radius)
 
 
 def infinite_cylinder(points: FloatArray, center: Sequence[float], axis: int, radius: float) -> FloatArray:
@@ -137,7 +164,8 @@ def blend(distances: Sequence[FloatArray], width: float) -> FloatArray:
     >>> blend([np.array([0.0]), np.array([9.0])], 0.1).round(6) + 0.0
     array([0.])
     """
-    return np.asarray(-width * np.logaddexp.reduce([-d / width for d in distances], axis=0))
+    nearest = np.min(distances, axis=0)
+    return np.asarray(nearest - width * np.log(sum(np.exp((nearest - d) / width) for d in distances)))
 
 
 def cut(distance: FloatArray, tool: FloatArray, width: float) -> FloatArray:
@@ -213,22 +241,26 @@ def _relax(distance: Distance, vertices: FloatArray, faces: IntArray, step: floa
     pairs = np.vstack([faces[:, [0, 1]], faces[:, [1, 2]], faces[:, [2, 0]]])
     adjacency = sp.csr_array((np.ones(len(pairs)), (pairs[:, 0], pairs[:, 1])), shape=(n, n))  # each edge both ways
     degree = adjacency.sum(axis=1)
-    gradient = _gradient(distance, vertices)
+    _, gradient = _value_and_gradient(distance, vertices)
     for _ in range(rounds):
         pull = adjacency @ vertices / degree[:, None] - vertices
-        squared = np.maximum(np.einsum("ij,ij->i", gradient, gradient), 0.25)  # near one; less inside a fillet
-        pull -= (np.einsum("ij,ij->i", pull, gradient) / squared)[:, None] * gradient
+        pull -= _along(gradient, np.einsum("ij,ij->i", pull, gradient))
         vertices = vertices + 0.5 * pull
-        gradient = _gradient(distance, vertices)
-        squared = np.maximum(np.einsum("ij,ij->i", gradient, gradient), 0.25)
-        height = np.clip(distance(vertices), -step, step)
-        vertices = vertices - (height / squared)[:, None] * gradient
+        value, gradient = _value_and_gradient(distance, vertices)
+        vertices = vertices - _along(gradient, np.clip(value, -step, step))
     return vertices
 
 
-def _gradient(distance: Distance, points: FloatArray, h: float = 1e-4) -> FloatArray:
-    """Return central differences of a distance, (n, 3)."""
-    return np.column_stack([(distance(points + h * d) - distance(points - h * d)) / (2 * h) for d in np.eye(3)])
+def _along(gradient: FloatArray, value: FloatArray) -> FloatArray:
+    """Return the step along the gradient that changes a linear function by `value`; slopes count as 1/2 at least."""
+    squared = np.maximum(np.einsum("ij,ij->i", gradient, gradient), 0.25)
+    return np.asarray((value / squared)[:, None] * gradient)
+
+
+def _value_and_gradient(distance: Distance, points: FloatArray, h: float = 1e-7) -> tuple[FloatArray, FloatArray]:
+    """Return a distance (n,) and its forward differences (n, 3)."""
+    value = distance(points)
+    return value, np.column_stack([(distance(points + h * axis) - value) / h for axis in np.eye(3)])
 
 
 def _signed_volume(vertices: FloatArray, faces: IntArray) -> float:

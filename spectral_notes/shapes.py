@@ -10,10 +10,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from spectral_notes._checks import as_count, as_number
-from spectral_notes.bodies import goat
+from spectral_notes.bodies import bracket, doll, doll_correspondence, goat
 from spectral_notes.meshes import TriangleMesh
 
-__all__ = ["egg", "goat", "sheet", "sphere", "torus"]
+__all__ = ["bracket", "doll", "doll_correspondence", "egg", "goat", "sheet", "sphere", "torus"]
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
