@@ -221,8 +221,10 @@ def _add_surface(plotter: Any, view: SurfaceView, size: int) -> None:
     values, on_faces = _values_to_draw(view)
     (data.cell_data if on_faces else data.point_data)["values"] = values
     plotter.add_mesh(data, scalars="values", cmap=view.color_map, clim=view.color_limits, **style)
-    if view.kind == "signed" and view.nodal_lines and not on_faces and values.min() < 0 < values.max():
-        _add_lines(plotter, view, data.contour([0.0], scalars="values"), max(2.0, size / 130))
+    if view.kind == "signed" and view.nodal_lines and not on_faces and not isinstance(view.surface, PointCloud):
+        zero_set = data.contour([0.0], scalars="values")
+        if zero_set.n_points:
+            _add_lines(plotter, view, zero_set, max(2.0, size / 130))
 
 
 def _values_to_draw(view: SurfaceView) -> tuple[FloatArray, bool]:
