@@ -202,7 +202,7 @@ def inner_product(f: ArrayLike, g: ArrayLike, M: object) -> float:
 
     Returns
     -------
-    product : integrated; its root for f = g is the norm
+    product : integrated, in the unit of f times that of g times that of x
 
     Raises
     ------
@@ -216,6 +216,30 @@ def inner_product(f: ArrayLike, g: ArrayLike, M: object) -> float:
     mass = as_symmetric("M", M)
     n = mass.shape[0]
     return float(as_floats("f", f, (n,)) @ (mass @ as_floats("g", g, (n,))))
+
+
+def norm(f: ArrayLike, M: object) -> float:
+    """Return the length of f, ||f|| = sqrt(f^T M f), zero only for f = 0.
+
+    Parameters
+    ----------
+    f : (n,) values at the samples
+    M : (n, n) symmetric positive definite mass matrix, sparse or dense
+
+    Returns
+    -------
+    length : root of an integral; the root-mean-square of f times the root of the domain's length
+
+    Raises
+    ------
+    TypeError, ValueError : as `inner_product`.
+
+    Examples
+    --------
+    >>> norm([3.0, 4.0], np.eye(2))
+    5.0
+    """
+    return float(np.sqrt(inner_product(f, f, M)))
 
 
 def best_coefficients(f: ArrayLike, B: ArrayLike, M: object) -> FloatArray:
@@ -294,8 +318,8 @@ def orthonormalize(B: ArrayLike, M: object) -> FloatArray:
 def balmer_lines(count: int = 4) -> FloatArray:
     """Return the wavelengths of hydrogen's visible series, decreasing: 1 / lambda = R (1/2^2 - 1/m^2), m = 3, 4, ...
 
-    R is the Rydberg constant of hydrogen, R_inf / (1 + m_e / m_p). Fine structure is left out (it splits a line by
-    about 0.01 nm).
+    R is the Rydberg constant of hydrogen, R_inf / (1 + m_e / m_p). Fine structure is left out (it
+    moves and splits the lines by about 0.01 nm).
 
     Parameters
     ----------
