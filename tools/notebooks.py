@@ -18,10 +18,12 @@ import json
 import os
 import re
 import sys
+import warnings
 from collections.abc import Callable, Iterable, Iterator
 from pathlib import Path
 
 import nbformat
+import nbformat.warnings
 from nbclient import NotebookClient
 from nbclient.exceptions import CellExecutionError, CellTimeoutError, DeadKernelError
 
@@ -71,8 +73,11 @@ def find_notebooks(paths: Iterable[str | Path]) -> list[Path]:
 
 
 def read(path: Path) -> nbformat.NotebookNode:
-    """Read a notebook."""
-    return nbformat.read(path, as_version=4)  # type: ignore[no-untyped-call]
+    """Read a notebook; ids that are missing are made, as they are stored at the next run."""
+    with warnings.catch_warnings():
+        warnings.filterwarnings("ignore", category=nbformat.warnings.DuplicateCellId)  # `form_faults` says it better
+        warnings.filterwarnings("ignore", category=nbformat.warnings.MissingIDFieldWarning)
+        return nbformat.read(path, as_version=4)
 
 
 def to_text(nb: nbformat.NotebookNode) -> str:
@@ -226,7 +231,7 @@ def form_faults(nb: nbformat.NotebookNode, text: str) -> Iterator[str]:
         yield "holds images"
     elif text != to_text(normalise(nb)):
         yield "is not in normal form (metadata, streams or spelling)"
-    ids = [cell.get("id") for cell in nb.cells]
+    ids = [cell.get("id") for cell in json.loads(text)["cells"]]
     yield from (f"has two cells with the id {name}" for name in sorted({str(i) for i in ids if ids.count(i) > 1}))
 
 
