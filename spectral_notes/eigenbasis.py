@@ -9,14 +9,15 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-import scipy.linalg
 import scipy.sparse as sp
 from numpy.typing import ArrayLike
-from scipy.sparse.linalg import eigsh
+from threadpoolctl import threadpool_limits  # type: ignore[import-untyped]
 
-from spectral_notes._checks import FloatArray, as_count, as_floats, as_signal, as_symmetric
+from spectral_notes import eigensolver
+from spectral_notes._checks import FloatArray, as_choice, as_count, as_floats, as_number, as_signal, as_symmetric
+from spectral_notes.factorization import FACTORS
 
-SIGN_TIE = 1e-6
+SIGN_TIE = 1e-6  # entries this close in magnitude count as equal, so that rounding does not choose the sign
 
 
 @dataclass(frozen=True, eq=False)
@@ -34,6 +35,9 @@ class Eigenbasis:
         One mode a column; pointwise values.
     M : (n, n) sparse array
         The mass matrix, symmetric positive definite.
+    residuals : (k,) array, optional
+        |L phi - lambda M phi| of each mode, in the norm of the inverse of M's diagonal, so in units of the eigenvalues;
+        NaN where nobody measured it.
 
     Examples
     --------
@@ -46,25 +50,27 @@ class Eigenbasis:
     evals: FloatArray
     evecs: FloatArray
     M: sp.csr_array
+    residuals: FloatArray | None = None
 
     def __post_init__(self) -> None:
-        evals = as_floats("evals", self.evals, ("k",))
-        evecs = as_floats("evecs", self.evecs, ("n", len(evals)))
-        evals.setflags(write=False)
-        evecs.setflags(write=False)
+        evals = _frozen("evals", self.evals, ("k",))
+        evecs = _frozen("evecs", self.evecs, ("n", len(evals)))
+        measured = np.full(len(evals), np.nan) if self.residuals is None else np.asarray(self.residuals)
+        measured.setflags(write=False)
         object.__setattr__(self, "evals", evals)
         object.__setattr__(self, "evecs", evecs)
         object.__setattr__(self, "M", as_symmetric("M", self.M, len(evecs)))
+        object.__setattr__(self, "residuals", measured)
 
     @property
     def k(self) -> int:
         """The number of modes."""
-        return self.evecs.shape[1]
+        return int(self.evecs.shape[1])
 
     @property
     def n(self) -> int:
         """The number of samples (vertices, points, nodes)."""
-        return self.evecs.shape[0]
+        return int(self.evecs.shape[0])
 
     def analyze(self, f: ArrayLike) -> FloatArray:
         """Return the coefficients of a signal: its inner products with the modes.
@@ -130,37 +136,68 @@ class Eigenbasis:
             If `k` is not between 1 and the number of modes.
         """
         k = as_count("k", k, 1, self.k)
-        return Eigenbasis(self.evals[:k], self.evecs[:, :k], self.M)
+        assert self.residuals is not None
+        return Eigenbasis(self.evals[:k], self.evecs[:, :k], self.M, self.residuals[:k])
+
+    def orthonormality_error(self) -> float:
+        """Return the largest entry of |Phi^T M Phi - I|: zero to rounding after `compute_eigenbasis`.
+
+        Returns
+        -------
+        float
+            Without unit.
+        """
+        return float(abs(self.evecs.T @ (self.M @ self.evecs) - np.eye(self.k)).max())
 
 
-def compute_eigenbasis(L: sp.csr_array, M: sp.csr_array, k: int, *, seed: int = 0) -> Eigenbasis:
+def compute_eigenbasis(
+    L: sp.csr_array, M: sp.csr_array, k: int, *, seed: int = 0, tol: float = 1e-8, certify: bool = False,
+    progress: bool = False, threads: int = 1, factor: str = "auto", max_bytes: float | None = None,
+) -> Eigenbasis:  # fmt: skip
     """Compute the k smallest eigenpairs of L phi = lambda M phi, ascending, with L positive semidefinite.
 
     The columns are orthonormal in M, and in each one the entry of largest magnitude is positive. Every connected
-    component on which the constants are annihilated brings one eigenvalue that is exactly zero.
+    component on which L annihilates the constants brings one eigenvalue that is exactly zero.
 
     Parameters
     ----------
     L : (n, n) sparse array
         The weak Laplacian, symmetric positive semidefinite.
     M : (n, n) sparse array
-        The mass matrix, symmetric positive definite.
+        The mass matrix, symmetric positive definite; lumped (diagonal) or full.
     k : int
         How many modes, 1 .. n.
     seed : int
-        Seed of the random start vectors.
+        Seed of the random start vectors. The result does not depend on it to the digits that have converged.
+    tol : float
+        Residual, relative to the eigenvalue, at which a mode has converged.
+    certify : bool
+        Prove, by counting the signs of one more factorization, that no eigenvalue below the last was missed.
+    progress : bool
+        Show a bar.
+    threads : int
+        Most threads that linear algebra may use meanwhile. One is never slow; more help on a machine that is idle
+        and hurt on one that is shared, where the threads wait for each other.
+    factor : {"auto", "cholespy", "superlu"}
+        Which library factors; see `spectral_notes.factorization.factorize`.
+    max_bytes : float, optional
+        Memory the basis may take before the work is done in slices of the spectrum; half of what is free if not given.
 
     Returns
     -------
     Eigenbasis
-        `evals` (k,), `evecs` (n, k) pointwise, and `M`.
+        `evals` (k,), `evecs` (n, k) pointwise, `M`, and the `residuals` (k,).
 
     Raises
     ------
     TypeError
         If a matrix is not real, or k is not an integer.
     ValueError
-        If a matrix is not symmetric, or k is not between 1 and n.
+        If a matrix is not symmetric, L not semidefinite, M not definite, or k not between 1 and n.
+    MemoryError
+        If the modes themselves would not fit into memory.
+    ArithmeticError
+        If the modes do not converge, or the certificate finds one missing.
 
     Examples
     --------
@@ -169,48 +206,43 @@ def compute_eigenbasis(L: sp.csr_array, M: sp.csr_array, k: int, *, seed: int = 
     >>> gram = basis.evecs.T @ basis.M @ basis.evecs
     >>> bool(abs(gram - np.eye(3)).max() < 1e-12)
     True
+
+    References
+    ----------
+    Vallet and Lévy, "Spectral geometry processing with manifold harmonics" (2008), for the shift and the inverse.
     """
     L = as_symmetric("L", L)
-    n = L.shape[0]
-    M = as_symmetric("M", M, n)
-    k = as_count("k", k, 1, n)
-    Z = _zero_modes(L, M)
-    Z = Z[:, : min(k, Z.shape[1])]
-    X = _smallest(L, M, k, seed)
-    X -= Z @ (Z.T @ (M @ X))
-    X = np.column_stack([Z, X[:, Z.shape[1] :]])
-    R = scipy.linalg.cholesky(X.T @ (M @ X))
-    X = scipy.linalg.solve_triangular(R, X.T, trans="T").T
-    evals = np.einsum("ij,ij->j", X, L @ X)
-    evals[: Z.shape[1]] = 0.0
-    return Eigenbasis(evals, _fix_signs(X), M)
+    M = as_symmetric("M", M, L.shape[0])
+    k = as_count("k", k, 1, L.shape[0])
+    seed, threads = as_count("seed", seed, 0), as_count("threads", threads, 1)
+    tol = as_number("tol", tol, above=0.0)
+    factor = as_choice("factor", factor, FACTORS)
+    budget = None if max_bytes is None else as_number("max_bytes", max_bytes, above=0.0)
+    with threadpool_limits(limits=threads, user_api="blas"), eigensolver.progress_bar(progress) as watch:
+        problem = eigensolver.pose(L, M)
+        evecs = eigensolver.solve(problem, k, tol=tol, seed=seed, factor=factor, max_bytes=budget, watch=watch)
+        evals, residuals = eigensolver.measure(problem, L, M, evecs, tol)
+        if certify:
+            eigensolver.certify(L, M, evals, residuals)
+    _fix_signs(evecs)
+    for array in (evals, evecs):
+        array.setflags(write=False)
+    return Eigenbasis(evals, evecs, M, residuals)
 
 
-def _smallest(L: sp.csr_array, M: sp.csr_array, k: int, seed: int) -> FloatArray:
-    """The k smallest eigenvectors, (n, k)."""
-    n = L.shape[0]
-    if n < 500 or k > n // 5:
-        _, X = scipy.linalg.eigh(L.toarray(), M.toarray(), subset_by_index=[0, k - 1])
-        return np.asarray(X)
-    shift = -0.1 * 4 * np.pi / M.sum()
-    start = np.random.default_rng(seed).standard_normal(n)
-    _, X = eigsh(L.tocsc(), k, M.tocsc(), sigma=shift, v0=start)
-    return np.asarray(X)
+def _frozen(name: str, array: FloatArray, shape: tuple[int | str, ...]) -> FloatArray:
+    """The array, checked, read-only; one that is read-only float64 already was checked when it was frozen."""
+    if isinstance(array, np.ndarray) and array.dtype == np.float64 and not array.flags.writeable:
+        as_floats(name, array[:1], (min(1, len(array)), *shape[1:]))
+        return array
+    checked = as_floats(name, array, shape)
+    checked.setflags(write=False)
+    return checked
 
 
-def _zero_modes(L: sp.csr_array, M: sp.csr_array) -> FloatArray:
-    """The constants of the components that L annihilates, M-normalised, (n, number of them)."""
-    pattern = L.copy()
-    pattern.eliminate_zeros()
-    count, labels = sp.csgraph.connected_components(pattern, directed=False)
-    leak = abs(L.sum(axis=1)) > 64 * np.finfo(float).eps * abs(L).sum(axis=1)
-    closed = np.setdiff1d(np.arange(count), labels[leak])
-    Z = (labels[:, None] == closed[None, :]).astype(np.float64)
-    return np.asarray(Z / np.sqrt(np.einsum("ij,ij->j", Z, M @ Z)))
-
-
-def _fix_signs(X: FloatArray) -> FloatArray:
-    """X with columns turned so that the first of their entries of largest magnitude is positive."""
-    size = abs(X)
-    first = np.argmax(size >= (1 - SIGN_TIE) * size.max(axis=0), axis=0)
-    return X * np.sign(X[first, np.arange(X.shape[1])])
+def _fix_signs(X: FloatArray) -> None:
+    """Turn columns, in place, so that the first of their entries of largest magnitude is positive."""
+    for column in X.T:
+        size = abs(column)
+        if column[np.argmax(size >= (1 - SIGN_TIE) * size.max())] < 0:
+            column *= -1.0
