@@ -82,7 +82,7 @@ def cached_arrays(
 def _load(path: Path) -> Arrays | None:
     """Return the arrays of an entry, or None when it is missing or damaged (every member carries a CRC-32)."""
     try:
-        with np.load(path, allow_pickle=False) as entry:
+        with path.open("rb") as file, np.load(file, allow_pickle=False) as entry:
             return {name: entry[name] for name in entry.files}
     except (OSError, ValueError, EOFError, KeyError, NotImplementedError, zipfile.BadZipFile, zlib.error):
         return None
@@ -94,7 +94,7 @@ def _store(path: Path, arrays: Arrays) -> None:
     handle, draft = tempfile.mkstemp(dir=path.parent, prefix=path.stem, suffix=".part")
     try:
         with os.fdopen(handle, "wb") as file:
-            np.savez(file, allow_pickle=False, **arrays)
+            np.savez(file, **arrays)  # type: ignore[arg-type]
         os.replace(draft, path)
     except BaseException:
         with suppress(OSError):

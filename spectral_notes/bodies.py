@@ -13,15 +13,15 @@ import igl
 import numpy as np
 import scipy.sparse as sp
 
-from spectral_notes import implicit, posing
+from spectral_notes import contouring, implicit, posing
 from spectral_notes._cache import Arrays, cached_arrays
 from spectral_notes._checks import as_choice
+from spectral_notes.contouring import mesh_zero_set
 from spectral_notes.implicit import (
     FloatArray,
     blend,
     cut,
     infinite_cylinder,
-    mesh_zero_set,
     round_cone,
     rounded_box,
     rounded_extrusion,
@@ -133,7 +133,7 @@ def goat(pose: str = "rest") -> TriangleMesh:
 def doll(pose: str = "rest", connectivity: str = "same") -> TriangleMesh:
     """Return a jointed person of about 9,000 vertices with a ball in the left hand: closed, genus 0.
 
-    Nineteen round cones make the person, which is its own mirror image; the ball tells left from right. The poses share
+    Twenty round cones make the person, which is its own mirror image; the ball tells left from right. The poses share
     their vertices' order and their faces and are nearly isometric. The remeshed copies have other triangles: their
     vertices are points of the first mesh's faces, see `doll_correspondence`.
 
@@ -267,4 +267,4 @@ def _doll_remeshed() -> Arrays:
 
 def _recipe() -> tuple[types.ModuleType, ...]:
     """Return the modules that decide what the bodies look like."""
-    return sys.modules[__name__], implicit, posing
+    return sys.modules[__name__], contouring, implicit, posing

@@ -10,7 +10,8 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
-from spectral_notes.implicit import Distance, blend, round_cone
+from spectral_notes.contouring import Distance
+from spectral_notes.implicit import blend, round_cone
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
@@ -108,7 +109,7 @@ def pose_body(vertices: FloatArray, faces: IntArray, body: Body, pose: Pose, *, 
 
     Examples
     --------
-    >>> from spectral_notes.implicit import mesh_zero_set
+    >>> from spectral_notes.contouring import mesh_zero_set
     >>> arm = [Limb("arm", None, ((0, 0, 0, 0.1), (1, 0, 0, 0.1)))]
     >>> vertices, faces = mesh_zero_set(body_distance(arm, 0.02), (-0.2, -0.2, -0.2), (1.2, 0.2, 0.2), 0.05)
     >>> turned = pose_body(vertices, faces, arm, {"arm": [(0, 0, np.pi / 2)]})

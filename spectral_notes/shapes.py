@@ -44,9 +44,8 @@ EARTH_RADIUS = 6_371_008.8  # mean radius in metres (IUGG)
 def terrain(step: int = 4) -> TriangleMesh:
     """Return the hills along the Jacksboro fault, Tennessee, as a height field in metres: real data with a boundary.
 
-    The elevations are the sample data that Matplotlib ships (USGS National Elevation Dataset), one value every three
-    arc seconds, laid on a plane that touches the Earth in the middle of the map. x points east, y north, z up; heights
-    are not exaggerated.
+    The elevations, in whole metres, are sample data that Matplotlib ships, one value every three arc seconds, laid on a
+    plane that touches the Earth in the middle of the map. x points east, y north, z up; heights are not exaggerated.
 
     Parameters
     ----------

@@ -82,7 +82,7 @@ def potato(seed: int = 0, subdivisions: int = 5) -> TriangleMesh:
     r"""Return a smooth lump: a stretched sphere, pushed along its radii by a few long waves.
 
     The unit sphere's point :math:`x` goes to :math:`s \odot x\,(1 + \sum_i a_i \sin(k_i \cdot x + \varphi_i))` with six
-    waves of amplitude 0.05, random directions, wavelengths from 2.5 to 6, and the stretch :math:`s = (1.4, 1, 0.9)`.
+    waves of amplitude 0.06, random directions, wavelengths from 1.5 to 3.5, and the stretch :math:`s = (1.4, 1, 0.9)`.
 
     Parameters
     ----------
@@ -110,9 +110,9 @@ def potato(seed: int = 0, subdivisions: int = 5) -> TriangleMesh:
     ball = sphere(subdivisions)
     directions = rng.normal(size=(6, 3))
     directions /= np.linalg.norm(directions, axis=1, keepdims=True)
-    waves = directions * (2.0 * np.pi / rng.uniform(2.5, 6.0, size=(6, 1)))
+    waves = directions * (2.0 * np.pi / rng.uniform(1.5, 3.5, size=(6, 1)))
     phases = rng.uniform(0.0, 2.0 * np.pi, size=6)
-    push = 1.0 + 0.05 * np.sin(ball.vertices @ waves.T + phases).sum(axis=1)
+    push = 1.0 + 0.06 * np.sin(ball.vertices @ waves.T + phases).sum(axis=1)
     return TriangleMesh(ball.vertices * np.array([1.4, 1.0, 0.9]) * push[:, None], ball.faces, "potato")
 
 
