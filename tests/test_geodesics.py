@@ -1,0 +1,70 @@
+"""Geodesics and transport: closed forms on the plane and the sphere, and every promised error."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from spectral_notes.curvature import angle_defects
+from spectral_notes.geodesics import geodesic_distances, parallel_transport
+from spectral_notes.meshes import TriangleMesh, face_normals
+from spectral_notes.shapes import sphere
+
+
+def test_distances_on_a_flat_square_are_straight(unit_square):
+    np.testing.assert_allclose(geodesic_distances(unit_square, [1]), [1, 0, 1, np.sqrt(2)])
+    np.testing.assert_allclose(geodesic_distances(unit_square, [1, 3]), [1, 0, 1, 0])
+
+
+def test_distances_on_the_sphere_approach_great_circles_at_order_two():
+    def error(level):
+        ball = sphere(level)
+        angle = np.arccos(np.clip(ball.vertices @ ball.vertices[0], -1, 1))
+        return np.abs(geodesic_distances(ball, [0]) - angle).max()
+
+    assert np.log2(error(2) / error(3)) > 1.7
+
+
+def fan(n):
+    """A flat closed ring of n equal faces round vertex 0."""
+    turn = 2 * np.pi * np.arange(n) / n
+    rim = np.c_[np.cos(turn), np.sin(turn), np.zeros(n)]
+    return TriangleMesh(np.r_[[[0, 0, 0]], rim], [[0, 1 + i, 1 + (i + 1) % n] for i in range(n)])
+
+
+@pytest.mark.parametrize("lift", [0.0, 0.5, 2.0])
+def test_round_a_vertex_the_arrow_turns_by_the_angle_defect(lift):
+    flat = fan(6)
+    cone = TriangleMesh(flat.vertices + lift * np.eye(7)[:, [0]] * [0, 0, 1], flat.faces)
+    start = cone.vertices[1] - cone.vertices[0]
+    arrows = parallel_transport(cone, [0, 1, 2, 3, 4, 5, 0], start)
+    lengths = np.linalg.norm(arrows, axis=1)
+    np.testing.assert_allclose(lengths, lengths[0])
+    normal = face_normals(cone)[0]
+    turned = np.arctan2(np.cross(arrows[0], arrows[-1]) @ normal, arrows[0] @ arrows[-1])
+    miss = (turned - angle_defects(cone)[0] + np.pi) % (2 * np.pi) - np.pi
+    assert miss == pytest.approx(0.0, abs=1e-9)  # counter-clockwise round the tip, counter-clockwise the turn
+
+
+def test_there_and_back_is_the_same_arrow():
+    ball = sphere(1)
+    here = 0
+    there = next(f for f in range(1, ball.n_faces) if len(np.intersect1d(ball.faces[0], ball.faces[f])) == 2)
+    arrows = parallel_transport(ball, [here, there, here], [0.3, -0.2, 0.9])
+    np.testing.assert_allclose(arrows[2], arrows[0], atol=1e-14)
+    assert abs(arrows[1] @ face_normals(ball)[there]) < 1e-14
+
+
+def test_refusals(unit_square):
+    ball = sphere(1)
+    far = next(f for f in range(1, ball.n_faces) if len(np.intersect1d(ball.faces[0], ball.faces[f])) == 0)
+    cases = [
+        (lambda: geodesic_distances(unit_square, []), "sources must name at least one vertex"),
+        (lambda: geodesic_distances(unit_square, [4]), "sources must lie in 0 .. 3; found 4"),
+        (lambda: parallel_transport(ball, [], [1, 0, 0]), "path must name at least one face"),
+        (lambda: parallel_transport(ball, [0, far], [1, 0, 0]), f"0 and {far} share no single edge"),
+        (lambda: parallel_transport(ball, [0], [1, 0]), r"arrow must have shape \(3,\)"),
+    ]
+    for call, message in cases:
+        with pytest.raises(ValueError, match=message):
+            call()
