@@ -248,7 +248,7 @@ def spectral_derivative(f: ArrayLike, length: float, *, order: int = 1) -> Float
 
     The coefficient of exp(2 pi i k x / length) is multiplied by (2 pi i k / length)^order. It is exact for waves below
     the Nyquist frequency. When n is even, the alternating vector samples a cosine at its extrema, so its odd
-    derivatives are set to zero.
+    derivatives are zero.
 
     Parameters
     ----------
@@ -284,7 +284,5 @@ def spectral_derivative(f: ArrayLike, length: float, *, order: int = 1) -> Float
     order = _checks.as_count("order", order, 0)
     n = len(f)
     factor = (2j * np.pi / length * np.arange(n // 2 + 1)) ** order
-    if n % 2 == 0 and order % 2 == 1:
-        factor[-1] = 0
-    derivative: FloatArray = np.fft.irfft(factor * np.fft.rfft(f), n)
+    derivative: FloatArray = np.fft.irfft(factor * np.fft.rfft(f), n)  # irfft drops an imaginary Nyquist coefficient
     return derivative
