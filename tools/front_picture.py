@@ -20,7 +20,7 @@ from spectral_notes.shapes import egg, goat
 
 TARGET = Path(__file__).resolve().parents[1] / "book" / "_static" / "eggenvectors.png"
 MODES = [1, 2, 5, 10, 50]
-WIDTH = 1200  # pixels
+WIDTH = 1120  # pixels
 
 
 def main() -> int:
