@@ -13,8 +13,8 @@ from spectral_notes.meshes import TriangleMesh, corner_angles, vertex_normals
 def angle_defects(mesh: TriangleMesh) -> FloatArray:
     """Return the integrated Gaussian curvature at each vertex: 2 pi minus the angles round it.
 
-    On the boundary it is pi minus the angles. The sum over all vertices is 2 pi times the Euler characteristic, exactly:
-    the theorem of Gauss and Bonnet.
+    On the boundary it is pi minus the angles. Over all vertices they sum to 2 pi times the Euler characteristic,
+    exactly (theorem of Gauss and Bonnet).
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""Graphs as symmetric matrices of edge weights W: path, ring, neighbours in space, the edges of a mesh, networkx's graphs.
+"""Graphs as symmetric matrices of edge weights W: path, ring, neighbours in space, mesh edges, networkx's graphs.
 
 `graph_laplacian(W)` turns each of them into the pair (L, M) of the course.
 """
@@ -137,7 +137,7 @@ def mesh_graph(mesh: TriangleMesh, *, weights: str = "unit") -> sp.csr_array:
     if weights == "inverse_length":
         lengths = edge_lengths(mesh)
         if not lengths.all():
-            raise ValueError("mesh must have no edge of length zero where weights are 1 / length; clean_mesh drops them")
+            raise ValueError("mesh must have no edge of length zero where weights are 1 / length")
         values = 1.0 / lengths
     return _weights(i, j, values, mesh.n_vertices)
 

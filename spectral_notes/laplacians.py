@@ -32,8 +32,8 @@ def interval_laplacian(n: int, length: float = 1.0, *, ends: str = "neumann") ->
     length : float
         Length of the interval, or of the circle.
     ends : {"neumann", "dirichlet", "periodic"}
-        Free ends: samples include both ends, h = length / (n - 1). Fixed ends: samples are inside, h = length / (n + 1).
-        A circle: h = length / n.
+        Free ends: samples include both ends, h = length / (n - 1). Fixed ends: samples are inside,
+        h = length / (n + 1). A circle: h = length / n.
 
     Returns
     -------
@@ -79,8 +79,8 @@ def graph_laplacian(W: Any, *, mass: str = "identity") -> Pair:
     W : sparse or dense array, shape (n, n)
         Symmetric edge weights, not negative; W[i, j] > 0 where i and j are joined. Its diagonal cancels.
     mass : {"identity", "degree"}
-        "identity" counts each vertex once. "degree" sets M = D, which turns the eigenproblem into that of normalised cuts
-        and needs every vertex to have an edge.
+        "identity" counts each vertex once. "degree" sets M = D, which turns the eigenproblem into that of normalised
+        cuts and needs every vertex to have an edge.
 
     Returns
     -------
@@ -154,7 +154,8 @@ def cotan_laplacian(mesh: TriangleMesh, *, mass: str = "lumped") -> Pair:
     kind = as_choice("mass", mass, ("lumped", "full"))
     _refuse_lone_vertices(mesh)
     i, j, k = mesh.faces.T.astype(np.int32)
-    a, b, c = mesh.vertices[j] - mesh.vertices[i], mesh.vertices[k] - mesh.vertices[j], mesh.vertices[i] - mesh.vertices[k]
+    at_i, at_j, at_k = mesh.vertices[i], mesh.vertices[j], mesh.vertices[k]
+    a, b, c = at_j - at_i, at_k - at_j, at_i - at_k
     areas = _norms(np.cross(a, b)) / 2.0
     _refuse_flat_faces(areas, np.maximum(_dot(a, a), np.maximum(_dot(b, b), _dot(c, c))))
     cotangents = -np.concatenate([_dot(c, a), _dot(a, b), _dot(b, c)]) / np.tile(2.0 * areas, 3)  # at corners i, j, k
@@ -198,8 +199,8 @@ def mass_matrix(mesh: TriangleMesh, *, kind: str = "lumped") -> sp.csr_array:
 def robust_mesh_laplacian(mesh: TriangleMesh) -> Pair:
     """Return the positive semidefinite robust Laplacian of a mesh, whatever the quality of its triangles.
 
-    It is the cotangent Laplacian of the intrinsic Delaunay triangulation of the mesh's double cover: its off-diagonal entries are
-    never positive, slivers do no harm, and non-manifold edges are allowed.
+    It is the cotangent Laplacian of the intrinsic Delaunay triangulation of the mesh's double cover: its off-diagonal
+    entries are never positive, slivers do no harm, and non-manifold edges are allowed.
 
     Parameters
     ----------

@@ -1,7 +1,7 @@
 """Read and write mesh files: OBJ, OFF, STL and PLY.
 
-libigl reads OBJ and OFF, which are written here with every digit. STL and PLY go through PyVista and hold single precision;
-libigl's own PLY reader ends the interpreter on some files, so it is not used.
+libigl reads OBJ and OFF, which are written here with every digit. STL and PLY go through PyVista and hold single
+precision; libigl's own PLY reader ends the interpreter on some files, so it is not used.
 """
 
 from __future__ import annotations
@@ -75,8 +75,8 @@ def read_mesh(path: str | os.PathLike[str], *, clean: bool = False) -> TriangleM
 def write_mesh(path: str | os.PathLike[str], mesh: TriangleMesh) -> None:
     """Write a mesh to an OBJ, OFF, STL or PLY file, whole or not at all.
 
-    The file is written beside its place under another name and then moved there, so that an interrupted write leaves what was
-    there before. STL and PLY store single precision.
+    The file is written beside its place under another name and then moved there, so that an interrupted write leaves
+    what was there before. STL and PLY store single precision.
 
     Parameters
     ----------

@@ -1,7 +1,7 @@
 """Triangle meshes and point clouds: two frozen nouns, checked once when they are made, and their elementary facts.
 
-A mesh is the pair (V, F): `vertices` (n, 3) holds positions, `faces` (m, 3) names three vertices a row, counter-clockwise
-seen from outside. Every function here is a fact of that pair; none changes it.
+A mesh is the pair (V, F): `vertices` (n, 3) holds positions, `faces` (m, 3) names three vertices a row,
+counter-clockwise seen from outside. Every function here is a fact of that pair; none changes it.
 """
 
 from __future__ import annotations
@@ -129,7 +129,8 @@ def clean_mesh(vertices: ArrayLike, faces: ArrayLike, name: str = "") -> Triangl
     """Return a mesh without exactly repeated vertices, broken or repeated faces, and vertices that no face uses.
 
     Vertices at the same position become one, which also sews the triangle soup of an STL file together. Then faces that
-    name a vertex twice are dropped, of faces on the same three vertices the first is kept, and vertices without a face go.
+    name a vertex twice are dropped, of faces on the same three vertices the first is kept, and vertices without a face
+    go.
 
     Parameters
     ----------
@@ -317,7 +318,8 @@ def boundary_loops(mesh: TriangleMesh) -> list[IntArray]:
         neighbours.setdefault(j, []).append(i)
     for vertex, ends in neighbours.items():
         if len(ends) != 2:
-            raise ValueError(f"mesh must have separate boundary loops; {len(ends)} boundary edges meet at vertex {vertex}")
+            meet = f"{len(ends)} boundary edges meet at vertex {vertex}"
+            raise ValueError(f"mesh must have separate boundary loops; {meet}")
     loops = []
     while neighbours:
         vertex = min(neighbours)
@@ -333,7 +335,7 @@ def boundary_loops(mesh: TriangleMesh) -> list[IntArray]:
 
 
 def connected_components(mesh: TriangleMesh) -> IntArray:
-    """Return the component number of each vertex, shape (n,), counted from 0; a vertex without a face is one of its own.
+    """Return the component number of each vertex, shape (n,), counted from 0; a vertex without a face stands alone.
 
     Examples
     --------
