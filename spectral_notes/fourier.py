@@ -2,7 +2,7 @@
 
 The waves are psi[k, n] = cos(2 pi k n / N) and chi[k, n] = sin(2 pi k n / N). The coefficients of the course are the
 plain averages a[k] = <f, psi[k]> / N and b[k] = <f, chi[k]> / N, so that f = sum_k a[k] psi[k] + b[k] chi[k] over all
-k = 0 .. N - 1, and `numpy.fft.fft(f)` is N (a - i b): cosines in the real part, *minus* the sines in the imaginary part.
+k = 0 .. N - 1, and `numpy.fft.fft(f)` is N (a - i b): cosines in the real part, *minus* the sines in the imaginary one.
 """
 
 from __future__ import annotations
