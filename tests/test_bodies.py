@@ -20,6 +20,7 @@ from spectral_notes.meshes import (
     edge_lengths,
     edges_with_counts,
     euler_characteristic,
+    vertex_normals,
 )
 
 DOLL_POSES = ("arms_down", "walk", "wave")
@@ -71,6 +72,19 @@ def test_poses_share_faces_and_hardly_stretch(make: Callable[[str], TriangleMesh
         assert abs(mesh.area / rest.area - 1.0) < 0.03
         assert np.degrees(corner_angles(mesh).min()) > 15
         assert np.abs(mesh.vertices - rest.vertices).max() > 0.2  # it did move
+
+
+def test_no_body_overlaps_itself() -> None:
+    bodies = [
+        bracket(),
+        *(goat(pose) for pose in ("rest", *GOAT_POSES)),
+        *(doll(pose) for pose in ("rest", *DOLL_POSES)),
+    ]
+    for mesh in bodies:
+        normals, vertices, faces = vertex_normals(mesh), np.array(mesh.vertices), np.array(mesh.faces)
+        for offset, winding in ((1e-3, 0.0), (-1e-3, 1.0)):  # just outside and just inside
+            found = igl.fast_winding_number(vertices, faces, vertices + offset * normals)
+            assert np.abs(found - winding).max() < 0.5
 
 
 @pytest.mark.parametrize("pose", ["rest", *DOLL_POSES])

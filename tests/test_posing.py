@@ -56,3 +56,9 @@ def test_bent_elbow_carries_the_hand_and_keeps_lengths(surface: TriangleMesh) ->
     stretch = np.abs(edge_lengths(TriangleMesh(posed, surface.faces)) / edge_lengths(surface) - 1.0)
     assert np.median(stretch) < 0.01
     assert np.percentile(stretch, 90) < 0.15
+
+
+def test_elbow_turns_with_the_shoulder(surface: TriangleMesh) -> None:
+    bent = pose_body(surface.vertices, surface.faces, BODY, {"arm": [(0, 0, 0), (0, 0, 1.0)]})
+    raised = pose_body(surface.vertices, surface.faces, BODY, {"arm": [(0, 0.8, 0), (0, 0, 1.0)]})
+    np.testing.assert_allclose(raised, Rotation.from_rotvec((0, 0.8, 0)).apply(bent), atol=2e-3)

@@ -261,6 +261,13 @@ def test_sampled_points_lie_on_the_mesh_and_are_uniform() -> None:
     assert sample_points(TriangleMesh(mesh.vertices, mesh.faces), 5).name == "points"
 
 
+def test_sampled_points_are_uniform_within_a_triangle() -> None:
+    triangle = TriangleMesh([[0, 0, 0], [1, 0, 0], [0, 1, 0]], [[0, 1, 2]])
+    x, y, _ = sample_points(triangle, 20_000).points.T
+    for share in (x > 0.5, y > 0.5, x + y < 0.5):  # the three corners, a quarter of the area each
+        assert np.mean(share) == pytest.approx(0.25, abs=5 * np.sqrt(0.25 * 0.75 / 20_000))
+
+
 def test_names_at_the_door_are_all_there() -> None:
     assert all(callable(getattr(shapes, name)) for name in shapes.__all__)
 
