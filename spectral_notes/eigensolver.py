@@ -1,8 +1,8 @@
 """From (L, M) and k to the smallest eigenpairs: which method, at what cost, and how good the result is.
 
 The wanted end of the spectrum is turned into the largest eigenvalues of (L + s M)^-1, which block Lanczos finds in a
-few dozen steps. The shift s is a tenth of the mean distance of a surface's eigenvalues, 4 pi / area by Weyl's law: small
-beside every eigenvalue but zero, whatever the units, and large enough to make L + s M positive definite.
+few dozen steps. The shift s is a tenth of the mean distance of a surface's eigenvalues, 4 pi / area by Weyl's law:
+small beside every eigenvalue but zero, whatever the units, and large enough to make L + s M positive definite.
 """
 
 from __future__ import annotations
@@ -12,12 +12,14 @@ from contextlib import contextmanager
 from dataclasses import dataclass
 
 import numpy as np
+import psutil
 import scipy.linalg
 import scipy.sparse as sp
 
 from spectral_notes._checks import FloatArray
 from spectral_notes.factorization import count_below, factorize
 from spectral_notes.lanczos import Watch, block_lanczos
+from spectral_notes.slicing import slice_spectrum
 
 DENSE_BELOW = 400  # samples below which LAPACK's dense solver is faster
 DENSE_SHARE = 4  # so it is when more than one mode in four is wanted
@@ -76,16 +78,37 @@ def solve(
     problem: Problem, k: int, *, tol: float, seed: int, factor: str, max_bytes: float | None, watch: Watch | None
 ) -> FloatArray:
     """Compute the modes phi of the k smallest eigenvalues, (n, k), M-orthonormal, the exact zero modes first."""
-    n = problem.A.shape[0]
-    zero = problem.zero[:, :k]
-    if zero.shape[1] == k:
-        vectors = zero
+    n, c = problem.zero.shape
+    free = float(psutil.virtual_memory().available)
+    needed = memory_needed(n, k, c)
+    if 8 * n * k > free:
+        raise MemoryError(
+            f"{k} modes of {n} samples take {8 * n * k / 1e9:.1f} GB and {free / 1e9:.1f} GB are free: ask for fewer modes, "
+            "or spread them over machines with python -m spectral_notes.slepc"
+        )
+    if c >= k:
+        vectors = problem.zero[:, :k].copy()
     elif n < DENSE_BELOW or DENSE_SHARE * k > n:
         vectors = _dense(problem, k)
+    elif needed > (free / 2 if max_bytes is None else max_bytes):
+        B = sp.eye_array(n, format="csr") if problem.B is None else problem.B
+        vectors = slice_spectrum(problem.A, B, problem.zero, k, problem.spacing, tol=tol, seed=seed, watch=watch)
     else:
         vectors = _iterate(problem, k, tol, seed, factor, watch)
     vectors *= problem.scale
     return vectors
+
+
+def memory_needed(n: int, k: int, zero: int = 1) -> float:
+    """Return the bytes that the basis of block Lanczos is expected to take: about three columns a mode.
+
+    Examples
+    --------
+    >>> memory_needed(1_000_000, 100) / 1e9
+    3.024
+    """
+    block = _block_size(n, k)
+    return 8.0 * n * (zero + 3 * max(k - zero, 0) + 20 * block)
 
 
 def measure(
@@ -178,7 +201,7 @@ def _iterate(problem: Problem, k: int, tol: float, seed: int, factor: str, watch
     """
     n, c = problem.zero.shape
     shift, solver = 0.1 * problem.spacing, None
-    block = 8 if k < 300 else 16
+    block = _block_size(n, k)
     while True:
         solver = solver or factorize(problem.shifted(shift), factor=factor)
         values, vectors = block_lanczos(
@@ -192,6 +215,11 @@ def _iterate(problem: Problem, k: int, tol: float, seed: int, factor: str, watch
             block *= 2
         else:
             return vectors
+
+
+def _block_size(n: int, k: int) -> int:
+    """Columns a step: wide blocks multiply faster, narrow ones converge in fewer solves, which large n makes dear."""
+    return 4 if n > 30_000 and k < 400 else 8
 
 
 def _widest_cluster(values: FloatArray, tol: float) -> int:
