@@ -140,7 +140,7 @@ def doll(pose: str = "rest", connectivity: str = "same") -> TriangleMesh:
     Parameters
     ----------
     pose : {"rest", "arms_down", "walk", "wave"}
-        What it does. It stands on x, z; y is up; it looks towards z, and its left is towards x.
+        What it does. It stands upright along y and looks towards z; its left hand is on the side of x > 0.
     connectivity : {"same", "remeshed"}
         The triangulation.
 
