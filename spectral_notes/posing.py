@@ -88,7 +88,8 @@ def pose_body(vertices: FloatArray, faces: IntArray, body: Body, pose: Pose, *, 
     """Return the vertices of a body whose limbs have turned: nearly an isometry.
 
     Each bone moves rigidly; vertices first follow a mixture of bones, then the rings in the middle of the bones are
-    held and the rest is made as rigid as possible (Sorkine and Alexa 2007).
+    held and the rest is made as rigid as possible (Sorkine and Alexa 2007). libigl fits the rotations in single
+    precision, so positions hold to about five digits.
 
     Parameters
     ----------
