@@ -224,7 +224,7 @@ def compute_eigenbasis(
         evals, residuals = eigensolver.measure(problem, L, M, evecs, tol)
         if certify:
             eigensolver.certify(L, M, evals, residuals)
-    _fix_signs(evecs)
+    fix_signs(evecs)
     for array in (evals, evecs):
         array.setflags(write=False)
     return Eigenbasis(evals, evecs, M, residuals)
@@ -240,8 +240,21 @@ def _frozen(name: str, array: FloatArray, shape: tuple[int | str, ...]) -> Float
     return checked
 
 
-def _fix_signs(X: FloatArray) -> None:
-    """Turn columns, in place, so that the first of their entries of largest magnitude is positive."""
+def fix_signs(X: FloatArray) -> None:
+    """Turn columns, in place, so that the first of their entries of largest magnitude is positive.
+
+    Parameters
+    ----------
+    X : (n, k) array
+        Modes side by side.
+
+    Examples
+    --------
+    >>> X = np.array([[1.0, 1.0], [-2.0, 1.0]])
+    >>> fix_signs(X)
+    >>> X.tolist()
+    [[-1.0, 1.0], [2.0, 1.0]]
+    """
     for column in X.T:
         size = abs(column)
         if column[np.argmax(size >= (1 - SIGN_TIE) * size.max())] < 0:

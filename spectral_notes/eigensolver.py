@@ -12,7 +12,7 @@ from contextlib import contextmanager
 from dataclasses import dataclass
 
 import numpy as np
-import psutil
+import psutil  # type: ignore[import-untyped]
 import scipy.linalg
 import scipy.sparse as sp
 
@@ -83,8 +83,8 @@ def solve(
     needed = memory_needed(n, k, c)
     if 8 * n * k > free:
         raise MemoryError(
-            f"{k} modes of {n} samples take {8 * n * k / 1e9:.1f} GB and {free / 1e9:.1f} GB are free: ask for fewer modes, "
-            "or spread them over machines with python -m spectral_notes.slepc"
+            f"{k} modes of {n} samples take {8 * n * k / 1e9:.1f} GB and {free / 1e9:.1f} GB are free: "
+            "ask for fewer modes, or spread them over machines with python -m spectral_notes.slepc"
         )
     if c >= k:
         vectors = problem.zero[:, :k].copy()
@@ -219,7 +219,7 @@ def _iterate(problem: Problem, k: int, tol: float, seed: int, factor: str, watch
 
 def _block_size(n: int, k: int) -> int:
     """Columns a step: wide blocks multiply faster, narrow ones converge in fewer solves, which large n makes dear."""
-    return 4 if n > 30_000 and k < 400 else 8
+    return 4 if n > 30_000 and k < 300 else 8
 
 
 def _widest_cluster(values: FloatArray, tol: float) -> int:

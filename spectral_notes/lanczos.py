@@ -152,7 +152,7 @@ def _start(
     rng = np.random.default_rng(seed)
     space = Krylov(
         operator, M, np.empty((capacity + block, n)), T, fixed, block, fixed, fixed,
-        np.zeros((fixed, block)), np.zeros((0, block)), EPS, rng,
+        np.zeros((fixed, block)), np.zeros((0, block)), 64 * EPS, rng,
     )  # fmt: skip
     space.V[:, :fixed] = exact
     W = np.asfortranarray(rng.standard_normal((n, block)))

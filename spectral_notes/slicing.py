@@ -1,11 +1,11 @@
 """Spectrum slicing: many modes in little memory, a band of eigenvalues at a time.
 
 Block Lanczos on (L - sigma M)^-1 finds the eigenvalues nearest to the shift sigma. The factorization that this needs
-also counts, by Sylvester's law of inertia, how many eigenvalues lie below sigma; so a band is complete or it is known not
-to be. Only the modes themselves and the basis of one band are in memory at a time.
+also counts, by Sylvester's law of inertia, how many eigenvalues lie below sigma; so a band is complete or it is known
+not to be. Only the modes themselves and the basis of one band are in memory at a time.
 
-Sources: Grimes, Lewis and Simon (1994), the shift strategy; Vallet and Lévy, "Spectral geometry processing with manifold
-harmonics" (2008), bands for meshes.
+Sources: Grimes, Lewis and Simon (1994), the shift strategy; Vallet and Lévy, "Spectral geometry processing with
+manifold harmonics" (2008), bands for meshes.
 """
 
 from __future__ import annotations
@@ -73,8 +73,7 @@ def slice_spectrum(
     last = 0.0
     while have < k:
         values, vectors, spacing = _band(A, B, last, have, min(band, k - have + 8), spacing, tol, seed)
-        taken = min(_cut(values, spacing), k - have) if have + len(values) > k else _cut(values, spacing)
-        taken = min(taken, k - have)
+        taken = min(_cut(values, spacing), k - have)
         X[:, have : have + taken] = vectors[:, :taken]
         last, have = float(values[taken - 1]), have + taken
         if watch is not None:
