@@ -83,7 +83,8 @@ def terrain(step: int = 4) -> TriangleMesh:
 def sample_points(mesh: TriangleMesh, n: int, seed: int = 0) -> PointCloud:
     """Return n random points of a mesh, independent and uniform by area.
 
-    A face is drawn with probability proportional to its area, then a point of it (Osada et al. 2002, *Shape Distributions*).
+    A face is drawn with probability proportional to its area, then a point of it (Osada et al., Shape Distributions,
+    2002).
 
     Parameters
     ----------
