@@ -38,6 +38,17 @@ def as_signal(name: str, value: ArrayLike, n: int) -> FloatArray:
     return as_floats(name, array, (n,))
 
 
+def as_increasing(name: str, value: ArrayLike) -> FloatArray:
+    """Return `value` as floats of shape (n,), n >= 2, that increase strictly."""
+    points = as_floats(name, value, ("n",))
+    if len(points) < 2:
+        raise ValueError(f"{name} must have at least two points; got {len(points)}")
+    if (np.diff(points) <= 0).any():
+        i = int(np.argmax(np.diff(points) <= 0))
+        raise ValueError(f"{name} must increase strictly; {points[i + 1]:g} at {i + 1} follows {points[i]:g}")
+    return points
+
+
 def as_indices(name: str, value: ArrayLike, shape: Sequence[int | str], stop: int) -> IntArray:
     """Return `value` as an int64 array whose entries lie in 0 .. stop - 1."""
     array = np.asarray(value)

@@ -40,6 +40,8 @@ def test_arrays_are_copied():
         (lambda: _checks.as_floats("f", [[1], [1, 2]], ("n",)), TypeError, "f must be an array of numbers; got rows of"),
         (lambda: _checks.as_signal("f", np.ones((3, 2)), 4), ValueError, r"f must have shape \(4, d\); got \(3, 2\)"),
         (lambda: _checks.as_signal("f", 1.0, 4), ValueError, r"f must have shape \(4,\); got \(\)"),
+        (lambda: _checks.as_increasing("x", [1.0]), ValueError, "x must have at least two points; got 1"),
+        (lambda: _checks.as_increasing("x", [0.0, 2.0, 1.0]), ValueError, "x must increase strictly; 1 at 2 follows 2"),
         (lambda: _checks.as_indices("i", [0.5], ("n",), 3), TypeError, "i must hold integers; got dtype float64"),
         (lambda: _checks.as_indices("i", [3], ("n",), 3), ValueError, "i must lie in 0 .. 2; found 3"),
         (lambda: _checks.as_indices("i", [-1, 5], ("n",), 3), ValueError, "i must lie in 0 .. 2; found -1"),
