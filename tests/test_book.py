@@ -93,7 +93,7 @@ def test_a_chapter_ends_with_summary_exercises_and_reading(path: Path) -> None:
 @in_chapter
 def test_imports_are_in_the_first_code_cell(path: Path) -> None:
     cells = notebooks.read(path).cells
-    exercises = next(n for n, cell in enumerate(cells) if cell.source.startswith("## Exercises"))
+    exercises = next(n for n, cell in enumerate(cells) if re.search(r"^## Exercises", cell.source, re.MULTILINE))
     first, *later = [cell.source for cell in cells[:exercises] if cell.cell_type == "code"]
     assert "import" in first
     assert not [source for source in later if re.search(r"^(import|from) ", source, re.MULTILINE)]
