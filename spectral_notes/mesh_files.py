@@ -15,7 +15,6 @@ from typing import Any
 
 import igl
 import numpy as np
-import pyvista as pv
 
 from spectral_notes._checks import as_choice
 from spectral_notes.meshes import TriangleMesh, clean_mesh
@@ -123,6 +122,8 @@ def _read_with_igl(path: Path) -> tuple[Any, Any]:
 
 def _read_with_pyvista(path: Path) -> tuple[Any, Any]:
     """Vertices and faces by PyVista."""
+    import pyvista as pv
+
     with warnings.catch_warnings():
         warnings.simplefilter("error", UserWarning)  # how PyVista reports that VTK's reader failed
         surface = pv.read(path).extract_surface(algorithm=None).triangulate()
@@ -143,4 +144,6 @@ def _write_text(place: Path, mesh: TriangleMesh) -> None:
 
 def _write_with_pyvista(path: Path, mesh: TriangleMesh) -> None:
     """STL or PLY by PyVista, in single precision."""
+    import pyvista as pv
+
     pv.PolyData.from_regular_faces(mesh.vertices, mesh.faces).save(path)
