@@ -1,4 +1,4 @@
-"""Moving on a surface: geodesic distances, and parallel transport of an arrow from face to face."""
+"""Moving on a surface: geodesic distances, paths of faces, and parallel transport of an arrow from face to face."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ import igl
 import numpy as np
 from numpy.typing import ArrayLike
 
-from spectral_notes._checks import FloatArray, as_floats, as_indices
+from spectral_notes._checks import FloatArray, IntArray, as_floats, as_indices
 from spectral_notes.meshes import TriangleMesh, face_normals
 
 
@@ -96,3 +96,77 @@ def parallel_transport(mesh: TriangleMesh, path: ArrayLike, arrow: ArrayLike) ->
         across_here, across_there = np.cross(normals[here], along), np.cross(normals[there], along)
         arrows.append((arrows[-1] @ along) * along + (arrows[-1] @ across_here) * across_there)
     return np.array(arrows)
+
+
+def faces_under_arcs(mesh: TriangleMesh, corners: ArrayLike) -> IntArray:
+    """Return the faces that a chain of great arcs crosses, in order: a path for `parallel_transport`.
+
+    Arcs and faces are compared as the origin sees them. A face is left through the edge that leads from the right of
+    the arc to its left, and neighbours in the path always share that edge.
+
+    Parameters
+    ----------
+    mesh : TriangleMesh
+        A mesh that surrounds the origin and turns its outside to every ray from there, such as a sphere.
+    corners : array_like, shape (p, 3)
+        Points that the chain joins; end with the first one to close it. Their distance from the origin does not matter.
+
+    Returns
+    -------
+    ndarray of int64, shape (q,)
+        Faces, from the one under the first corner to the one under the last.
+
+    Raises
+    ------
+    ValueError
+        If there are fewer than two corners, two that follow each other lie on one line through the origin, a corner
+        lies on an edge or over no face, or no way leads from one to the next.
+
+    Examples
+    --------
+    >>> tetrahedron = TriangleMesh(
+    ...     [[1, 1, 1], [1, -1, -1], [-1, 1, -1], [-1, -1, 1]], [[0, 1, 2], [0, 2, 3], [0, 3, 1], [1, 3, 2]]
+    ... )
+    >>> faces_under_arcs(tetrahedron, [[1, 1, -1], [-1, -1, -1], [-1, 1, 1]]).tolist()
+    [0, 3, 1]
+    """
+    corners = as_floats("corners", corners, ("p", 3))
+    if len(corners) < 2:
+        raise ValueError(f"corners must hold at least two points; got {len(corners)}")
+    homes = _faces_under(mesh, corners).tolist()
+    path = [homes[0]]
+    for number in range(len(corners) - 1):
+        left = np.cross(corners[number], corners[number + 1])
+        if np.linalg.norm(left) <= 1e-12 * np.linalg.norm(corners[number]) * np.linalg.norm(corners[number + 1]):
+            raise ValueError(f"corners must be joined by arcs; {number} and {number + 1} lie on a line with the origin")
+        following = _faces_along_circle(mesh, left)
+        for _ in range(len(following)):
+            if path[-1] == homes[number + 1] or path[-1] not in following:
+                break
+            path.append(following[path[-1]])
+        if path[-1] != homes[number + 1]:
+            raise ValueError(f"mesh must surround the origin; no way leads from corner {number} to {number + 1}")
+    return np.array(path, dtype=np.int64)
+
+
+def _faces_under(mesh: TriangleMesh, points: FloatArray) -> IntArray:
+    """The faces through whose inside the rays from the origin to the points go."""
+    ends = np.roll(mesh.faces, -1, axis=1)
+    sides = np.cross(mesh.vertices[mesh.faces], mesh.vertices[ends])  # (m, 3, 3), planes through the origin
+    inside = (sides @ points.T).min(axis=1)  # (m, p)
+    outside = np.flatnonzero(inside.max(axis=0) <= 1e-12 * np.linalg.norm(points, axis=1))
+    if len(outside):
+        point = points[outside[0]].tolist()
+        raise ValueError(f"corners must lie over the inside of faces; {point} does not: move it a little")
+    return np.argmax(inside, axis=0).astype(np.int64)
+
+
+def _faces_along_circle(mesh: TriangleMesh, left: FloatArray) -> dict[int, int]:
+    """The face that follows each face crossed by the great circle whose left side is given."""
+    is_left = mesh.vertices @ left >= 0.0
+    starts, ends = mesh.faces, np.roll(mesh.faces, -1, axis=1)
+    leaving, entering = ~is_left[starts] & is_left[ends], is_left[starts] & ~is_left[ends]
+    after = dict(zip(zip(ends[entering], starts[entering], strict=True), np.nonzero(entering)[0], strict=True))
+    edges = zip(starts[leaving], ends[leaving], strict=True)
+    faces = np.nonzero(leaving)[0]
+    return {int(face): int(after[edge]) for face, edge in zip(faces, edges, strict=True) if edge in after}

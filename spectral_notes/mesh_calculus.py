@@ -11,7 +11,7 @@ import scipy.sparse as sp
 from numpy.typing import ArrayLike
 from scipy.sparse.linalg import splu
 
-from spectral_notes._checks import FloatArray, IntArray, as_floats, as_indices, as_signal, as_symmetric
+from spectral_notes._checks import FloatArray, IntArray, as_count, as_floats, as_indices, as_signal, as_symmetric
 from spectral_notes.meshes import TriangleMesh, edges_with_counts, face_areas, face_normals
 
 
@@ -75,6 +75,50 @@ def arrows_of_rows(stacked: ArrayLike) -> FloatArray:
 def rows_of_arrows(arrows: ArrayLike) -> FloatArray:
     """Return the stacked field of shape (3 m,) of (m, 3) arrows; the inverse of `arrows_of_rows`."""
     return as_floats("arrows", arrows, ("m", 3)).T.ravel()
+
+
+def spread_faces(mesh: TriangleMesh, n: int) -> IntArray:
+    """Return n faces spread evenly over a mesh, by farthest-point sampling: where to draw the arrows of a field.
+
+    Each face is the one whose centre lies farthest, in space, from the centres chosen before; the first is face 0.
+
+    Parameters
+    ----------
+    mesh : TriangleMesh
+        The mesh, with m faces.
+    n : int
+        Number of faces, 1 .. m.
+
+    Returns
+    -------
+    ndarray of int64, shape (n,)
+        Faces in the order of choice, so that the first half of them is spread evenly too.
+
+    Raises
+    ------
+    TypeError, ValueError
+        If n is out of range.
+
+    Examples
+    --------
+    >>> strip = TriangleMesh([[0, 0, 0], [0, 1, 0], [1, 0, 0], [1, 1, 0], [2, 0, 0]], [[0, 2, 1], [1, 2, 3], [2, 4, 3]])
+    >>> spread_faces(strip, 2).tolist()
+    [0, 2]
+
+    References
+    ----------
+    Gonzalez, "Clustering to minimize the maximum intercluster distance" (1985).
+    """
+    n = as_count("n", n, 1, mesh.n_faces)
+    centers = mesh.vertices[mesh.faces].mean(axis=1)
+    chosen = [0]
+    nearest = np.full(mesh.n_faces, np.inf)  # squared distance to the chosen
+    while len(chosen) < n:
+        gaps = centers - centers[chosen[-1]]
+        nearest = np.minimum(nearest, np.einsum("ij,ij->i", gaps, gaps))
+        nearest[chosen[-1]] = -1.0  # never twice, even where centres coincide
+        chosen.append(int(np.argmax(nearest)))
+    return np.array(chosen, dtype=np.int64)
 
 
 def divergence_matrix(mesh: TriangleMesh) -> sp.csr_array:

@@ -17,6 +17,7 @@ from spectral_notes.mesh_calculus import (
     restrict_to,
     rows_of_arrows,
     solve_poisson,
+    spread_faces,
 )
 from spectral_notes.meshes import TriangleMesh, face_normals
 from spectral_notes.shapes import sphere
@@ -62,6 +63,17 @@ def test_integration_by_parts(bumpy):
     flux = (gradient_matrix(bumpy) @ f) @ face_area_matrix(bumpy) @ X
     assert f @ divergence_matrix(bumpy) @ X == pytest.approx(-flux)
     assert divergence_matrix(bumpy).sum(axis=0) == pytest.approx(0.0, abs=1e-12)  # nothing leaves a closed surface
+
+
+def test_spread_faces_are_even_and_different(bumpy):
+    chosen = spread_faces(bumpy, 100)
+    assert len(set(chosen.tolist())) == 100
+    np.testing.assert_array_equal(spread_faces(bumpy, 50), chosen[:50])
+    centers = bumpy.vertices[bumpy.faces].mean(axis=1)
+    gaps = np.linalg.norm(centers[:, None] - centers[chosen], axis=2)
+    among = gaps[chosen] + 10.0 * np.eye(100)
+    assert gaps.min(axis=1).max() <= among.min()  # every face is nearer to a chosen one than any two of those are
+    assert sorted(spread_faces(bumpy, bumpy.n_faces)) == list(range(bumpy.n_faces))
 
 
 def test_boundary_vertices(unit_square, tetrahedron, mobius):
@@ -122,6 +134,7 @@ PIECES = graph_laplacian(np.kron(np.eye(2), [[0, 1], [1, 0]]))
     [
         (lambda: arrows_of_rows(np.zeros(4)), ValueError, "stacked must have a length that three divides; got 4"),
         (lambda: rows_of_arrows(np.zeros((4, 2))), ValueError, r"arrows must have shape \(m, 3\)"),
+        (lambda: spread_faces(sphere(0), 21), ValueError, "n must be between 1 and 20; got 21"),
         (lambda: restrict_to(L3, M3, []), ValueError, "keep must name at least one vertex, and each one once"),
         (lambda: restrict_to(L3, M3, [1, 1]), ValueError, "keep must name at least one vertex, and each one once"),
         (lambda: restrict_to(L3, M3, [3]), ValueError, r"keep must lie in 0 .. 2; found 3"),
