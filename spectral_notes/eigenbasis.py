@@ -43,7 +43,7 @@ class Eigenbasis:
     --------
     >>> from spectral_notes.laplacians import interval_laplacian
     >>> basis = compute_eigenbasis(*interval_laplacian(101), k=3)
-    >>> np.round(basis.evals / np.pi**2, 3)
+    >>> np.round(basis.evals / np.pi**2, 2)
     array([0., 1., 4.])
     """
 

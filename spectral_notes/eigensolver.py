@@ -116,6 +116,9 @@ def measure(
 ) -> tuple[FloatArray, FloatArray]:
     """Return the Rayleigh quotients of M-normalised modes, ascending, and residuals; put the columns in order.
 
+    At a sliver L is huge, and the last digit of a mode shows in its residual. One damped Jacobi step, which acts where
+    L is large and nowhere else, takes that away.
+
     Raises
     ------
     ValueError
@@ -125,14 +128,14 @@ def measure(
     """
     k = evecs.shape[1]
     evals, errors = np.zeros(k), np.zeros(k)
-    weights = np.sqrt(M.diagonal())[:, None]
     for start in range(0, k, 16):
-        X = evecs[:, start : start + 16]
-        LX, MX = L @ X, M @ X
-        part = np.einsum("ij,ij->j", X, LX)
-        part[: max(0, problem.zero.shape[1] - start)] = 0.0
-        evals[start : start + 16] = part
-        errors[start : start + 16] = np.linalg.norm((LX - MX * part) / weights, axis=0)
+        part = slice(start, start + 16)
+        X, zeros = evecs[:, part], max(0, problem.zero.shape[1] - start)
+        evals[part], errors[part], gap = _residual(L, M, X, zeros)
+        if errors[part].max() > 0.1 * tol * evals[part].max():
+            steps = L.diagonal()[:, None]
+            X -= np.divide(0.5 * gap, steps, out=np.zeros_like(gap), where=steps > 0)
+            evals[part], errors[part], _ = _residual(L, M, X, zeros)
     rounding = 100 * EPS * float((L.diagonal() / M.diagonal()).max())
     if evals.min() < -rounding:
         raise ValueError(f"L must be positive semidefinite; it has the eigenvalue {evals.min():.3g}")
@@ -147,6 +150,15 @@ def measure(
         for start in range(0, len(evecs), 8192):
             evecs[start : start + 8192] = evecs[start : start + 8192, order]
     return evals, errors
+
+
+def _residual(L: sp.csr_array, M: sp.csr_array, X: FloatArray, zeros: int) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Rayleigh quotients, exactly zero for the first ones, norms of L X - lambda M X, and that itself."""
+    gap, MX = np.asarray(L @ X), np.asarray(M @ X)
+    evals = np.einsum("ij,ij->j", X, gap)
+    evals[:zeros] = 0.0
+    gap -= MX * evals
+    return evals, np.sqrt(np.einsum("ij,ij,i->j", gap, gap, 1.0 / M.diagonal())), gap
 
 
 def certify(L: sp.csr_array, M: sp.csr_array, evals: FloatArray, errors: FloatArray) -> None:

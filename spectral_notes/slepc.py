@@ -213,7 +213,7 @@ def _import_slepc(parser: argparse.ArgumentParser) -> tuple[Any, Any]:
         )
     slepc4py.init([])
     from petsc4py import PETSc  # type: ignore[import-not-found]
-    from slepc4py import SLEPc  # type: ignore[import-not-found]
+    from slepc4py import SLEPc
 
     return SLEPc, PETSc
 
