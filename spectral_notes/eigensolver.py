@@ -23,6 +23,7 @@ from spectral_notes.slicing import slice_spectrum
 
 DENSE_BELOW = 400  # samples below which LAPACK's dense solver is faster
 DENSE_SHARE = 4  # so it is when more than one mode in four is wanted
+STIFF = 1e5  # ratio of L's diagonal to an eigenvalue at which a residual of 1e-8 is a rounding error of the mode
 EPS = float(np.finfo(np.float64).eps)
 
 
@@ -116,8 +117,8 @@ def measure(
 ) -> tuple[FloatArray, FloatArray]:
     """Return the Rayleigh quotients of M-normalised modes, ascending, and residuals; put the columns in order.
 
-    At a sliver L is huge, and the last digit of a mode shows in its residual. One damped Jacobi step, which acts where
-    L is large and nowhere else, takes that away.
+    At a sliver L is huge, and the last digit of a mode shows in its residual. One damped Jacobi step on those vertices,
+    which changes no other digit, takes that away.
 
     Raises
     ------
@@ -133,8 +134,8 @@ def measure(
         X, zeros = evecs[:, part], max(0, problem.zero.shape[1] - start)
         evals[part], errors[part], gap = _residual(L, M, X, zeros)
         if errors[part].max() > 0.1 * tol * evals[part].max():
-            steps = L.diagonal()[:, None]
-            X -= np.divide(0.5 * gap, steps, out=np.zeros_like(gap), where=steps > 0)
+            stiff = np.flatnonzero(L.diagonal() > STIFF * evals[part].max() * M.diagonal())
+            X[stiff] -= 0.5 * gap[stiff] / L.diagonal()[stiff, None]
             evals[part], errors[part], _ = _residual(L, M, X, zeros)
     rounding = 100 * EPS * float((L.diagonal() / M.diagonal()).max())
     if evals.min() < -rounding:
