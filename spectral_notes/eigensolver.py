@@ -23,7 +23,7 @@ from spectral_notes.slicing import slice_spectrum
 
 DENSE_BELOW = 400  # samples below which LAPACK's dense solver is faster
 DENSE_SHARE = 4  # so it is when more than one mode in four is wanted
-STIFF = 1e5  # ratio of L's diagonal to an eigenvalue at which a residual of 1e-8 is a rounding error of the mode
+STIFF = 1e4  # ratio of L's diagonal to an eigenvalue at which a residual of 1e-8 is a rounding error of the mode
 EPS = float(np.finfo(np.float64).eps)
 
 
