@@ -91,7 +91,7 @@ def spherical_harmonics(points: ArrayLike, degree: int) -> FloatArray:
     array([[0.    , 0.4886, 0.    ]])
     """
     points = as_floats("points", points, ("n", 3))
-    l = as_count("degree", degree, 0)  # noqa: E741
+    l = as_count("degree", degree, 0)
     distance = np.linalg.norm(points, axis=1)
     if not distance.all():
         raise ValueError(f"points must lie off the origin; point {int(np.argmin(distance))} does not")

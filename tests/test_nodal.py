@@ -38,7 +38,7 @@ def test_an_edge_across_a_crossing_joins_two_opposite_fields():
 def test_spherical_harmonics_have_the_known_numbers():
     ball = sphere(4)
     turn = np.linalg.qr(np.random.default_rng(0).standard_normal((3, 3)))[0]  # so that no vertex is on a nodal line
-    l = 5  # noqa: E741
+    l = 5
     counts = [count(ball, f, tol=0.03) for f in spherical_harmonics(ball.vertices @ turn, l).T]
     assert counts == [l + 1 if m == 0 else 2 * m * (l - m + 1) for m in abs(np.arange(-l, l + 1))]
 
@@ -64,6 +64,7 @@ def test_tolerance_widens_the_nodal_set():
     f = [1.0, 1e-9, 1e-9, -1.0]
     assert nodal_domains(line, f).tolist() == [0, 0, 0, 1]
     assert nodal_domains(line, f, tol=1e-8).tolist() == [0, -1, -1, 1]
+    assert nodal_domains(line, 1e3 * np.array(f), tol=1e-8).tolist() == [0, -1, -1, 1]
 
 
 @pytest.mark.parametrize(
