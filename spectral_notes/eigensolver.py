@@ -195,7 +195,7 @@ def progress_bar(shown: bool) -> Iterator[Watch | None]:
     if not shown:
         yield None
         return
-    from tqdm.auto import tqdm  # type: ignore[import-untyped]
+    from tqdm import tqdm  # type: ignore[import-untyped]
 
     with tqdm(unit="column", desc="block Lanczos") as bar:
 
