@@ -12,18 +12,18 @@ from contextlib import contextmanager
 from dataclasses import dataclass
 
 import numpy as np
-import psutil  # type: ignore[import-untyped]
+import psutil
 import scipy.linalg
 import scipy.sparse as sp
+from scipy.linalg.blas import dtrsm
 
 from spectral_notes._checks import FloatArray
-from spectral_notes.factorization import count_below, factorize
+from spectral_notes.factorization import Solve, count_below, factorize
 from spectral_notes.lanczos import Watch, block_lanczos
 from spectral_notes.slicing import slice_spectrum
 
 DENSE_BELOW = 400  # samples below which LAPACK's dense solver is faster
 DENSE_SHARE = 4  # so it is when more than one mode in four is wanted
-STIFF = 1e4  # ratio of L's diagonal to an eigenvalue at which a residual of 1e-8 is a rounding error of the mode
 EPS = float(np.finfo(np.float64).eps)
 
 
@@ -77,9 +77,13 @@ def pose(L: sp.csr_array, M: sp.csr_array) -> Problem:
 
 def solve(
     problem: Problem, k: int, *, tol: float, seed: int, factor: str, max_bytes: float | None, watch: Watch | None
-) -> FloatArray:
-    """Compute the modes phi of the k smallest eigenvalues, (n, k), M-orthonormal, the exact zero modes first."""
+) -> tuple[FloatArray, Solve | None]:
+    """Compute the modes phi of the k smallest eigenvalues, (n, k), M-orthonormal, the exact zero modes first.
+
+    The factor that was used is returned too, for `measure`; None if there was none.
+    """
     n, c = problem.zero.shape
+    again: Solve | None = None
     free = float(psutil.virtual_memory().available)
     needed = memory_needed(n, k, c)
     if 8 * n * k > free:
@@ -95,9 +99,9 @@ def solve(
         B = sp.eye_array(n, format="csr") if problem.B is None else problem.B
         vectors = slice_spectrum(problem.A, B, problem.zero, k, problem.spacing, tol=tol, seed=seed, watch=watch)
     else:
-        vectors = _iterate(problem, k, tol, seed, factor, watch)
+        vectors, again = _iterate(problem, k, tol, seed, factor, watch)
     vectors *= problem.scale
-    return vectors
+    return vectors, again
 
 
 def memory_needed(n: int, k: int, zero: int = 1) -> float:
@@ -113,12 +117,12 @@ def memory_needed(n: int, k: int, zero: int = 1) -> float:
 
 
 def measure(
-    problem: Problem, L: sp.csr_array, M: sp.csr_array, evecs: FloatArray, tol: float
+    problem: Problem, L: sp.csr_array, M: sp.csr_array, evecs: FloatArray, tol: float, again: Solve | None = None
 ) -> tuple[FloatArray, FloatArray]:
     """Return the Rayleigh quotients of M-normalised modes, ascending, and residuals; put the columns in order.
 
-    At a sliver L is huge, and the last digit of a mode shows in its residual. One damped Jacobi step on those vertices,
-    which changes no other digit, takes that away.
+    At a sliver L is huge, and the last digit of a mode shows in its residual. One more solve takes that away, where the
+    factor is given and the residuals ask for it.
 
     Raises
     ------
@@ -127,16 +131,10 @@ def measure(
     ArithmeticError
         If a residual is larger than asked for and than rounding explains.
     """
-    k = evecs.shape[1]
-    evals, errors = np.zeros(k), np.zeros(k)
-    for start in range(0, k, 16):
-        part = slice(start, start + 16)
-        X, zeros = evecs[:, part], max(0, problem.zero.shape[1] - start)
-        evals[part], errors[part], gap = _residual(L, M, X, zeros)
-        if errors[part].max() > 0.1 * tol * evals[part].max():
-            stiff = np.flatnonzero(L.diagonal() > STIFF * evals[part].max() * M.diagonal())
-            X[stiff] -= 0.5 * gap[stiff] / L.diagonal()[stiff, None]
-            evals[part], errors[part], _ = _residual(L, M, X, zeros)
+    evals, errors = _residuals(problem, L, M, evecs)
+    if again is not None and errors.max() > 2 * tol * evals.max():
+        _solve_again(problem, evecs, again)
+        evals, errors = _residuals(problem, L, M, evecs)
     rounding = 100 * EPS * float((L.diagonal() / M.diagonal()).max())
     if evals.min() < -rounding:
         raise ValueError(f"L must be positive semidefinite; it has the eigenvalue {evals.min():.3g}")
@@ -153,13 +151,31 @@ def measure(
     return evals, errors
 
 
-def _residual(L: sp.csr_array, M: sp.csr_array, X: FloatArray, zeros: int) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Rayleigh quotients, exactly zero for the first ones, norms of L X - lambda M X, and that itself."""
-    gap, MX = np.asarray(L @ X), np.asarray(M @ X)
-    evals = np.einsum("ij,ij->j", X, gap)
-    evals[:zeros] = 0.0
-    gap -= MX * evals
-    return evals, np.sqrt(np.einsum("ij,ij,i->j", gap, gap, 1.0 / M.diagonal())), gap
+def _residuals(problem: Problem, L: sp.csr_array, M: sp.csr_array, evecs: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Rayleigh quotients, exactly zero for the zero modes, and norms of L X - lambda M X."""
+    k = evecs.shape[1]
+    evals, errors = np.zeros(k), np.zeros(k)
+    for start in range(0, k, 16):
+        part = slice(start, start + 16)
+        X = evecs[:, part]
+        gap, MX = np.asarray(L @ X), np.asarray(M @ X)
+        evals[part] = np.einsum("ij,ij->j", X, gap)
+        evals[: problem.zero.shape[1]] = 0.0
+        gap -= MX * evals[part]
+        errors[part] = np.sqrt(np.einsum("ij,ij,i->j", gap, gap, 1.0 / M.diagonal()))
+    return evals, errors
+
+
+def _solve_again(problem: Problem, evecs: FloatArray, again: Solve) -> None:
+    """Apply the operator once more to the modes beside the zero modes, in place, and make them orthonormal again."""
+    c = problem.zero.shape[1]
+    Y = evecs[:, c:] / problem.scale
+    Y = np.asfortranarray(again(Y if problem.B is None else np.asarray(problem.B @ Y)))
+    BY = Y if problem.B is None else np.asarray(problem.B @ Y)
+    Y -= problem.zero @ (problem.zero.T @ BY)
+    BY = Y if problem.B is None else np.asarray(problem.B @ Y)
+    R = scipy.linalg.cholesky(Y.T @ BY)
+    evecs[:, c:] = dtrsm(1.0, R, Y, side=1, overwrite_b=1) * problem.scale
 
 
 def certify(L: sp.csr_array, M: sp.csr_array, evals: FloatArray, errors: FloatArray) -> None:
@@ -195,7 +211,7 @@ def progress_bar(shown: bool) -> Iterator[Watch | None]:
     if not shown:
         yield None
         return
-    from tqdm import tqdm  # type: ignore[import-untyped]
+    from tqdm import tqdm
 
     with tqdm(unit="column", desc="block Lanczos") as bar:
 
@@ -206,8 +222,10 @@ def progress_bar(shown: bool) -> Iterator[Watch | None]:
         yield watch
 
 
-def _iterate(problem: Problem, k: int, tol: float, seed: int, factor: str, watch: Watch | None) -> FloatArray:
-    """The modes by block Lanczos on one factor.
+def _iterate(
+    problem: Problem, k: int, tol: float, seed: int, factor: str, watch: Watch | None
+) -> tuple[FloatArray, Solve]:
+    """The modes by block Lanczos on one factor, and that factor.
 
     Two guesses are tested on the result. The block must be wider than any eigenvalue is multiple, or copies are missed.
     The shift must be smaller than the wanted eigenvalues, which Weyl's law promises on surfaces and not on curves.
@@ -227,7 +245,7 @@ def _iterate(problem: Problem, k: int, tol: float, seed: int, factor: str, watch
         elif block < k and _widest_cluster(values, 100 * tol) >= block:
             block *= 2
         else:
-            return vectors
+            return vectors, solver
 
 
 def _block_size(n: int, k: int) -> int:

@@ -17,6 +17,7 @@ import igl
 import numpy as np
 
 from spectral_notes._checks import as_choice
+from spectral_notes._pyvista import load_pyvista
 from spectral_notes.meshes import TriangleMesh, clean_mesh
 
 FORMATS = (".obj", ".off", ".stl", ".ply")
@@ -122,7 +123,7 @@ def _read_with_igl(path: Path) -> tuple[Any, Any]:
 
 def _read_with_pyvista(path: Path) -> tuple[Any, Any]:
     """Vertices and faces by PyVista."""
-    import pyvista as pv
+    pv = load_pyvista()
 
     with warnings.catch_warnings():
         warnings.simplefilter("error", UserWarning)  # how PyVista reports that VTK's reader failed
@@ -144,6 +145,6 @@ def _write_text(place: Path, mesh: TriangleMesh) -> None:
 
 def _write_with_pyvista(path: Path, mesh: TriangleMesh) -> None:
     """STL or PLY by PyVista, in single precision."""
-    import pyvista as pv
+    pv = load_pyvista()
 
     pv.PolyData.from_regular_faces(mesh.vertices, mesh.faces).save(path)

@@ -16,6 +16,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from spectral_notes._checks import FloatArray, as_choice, as_count, as_floats
+from spectral_notes._pyvista import load_pyvista
 from spectral_notes.meshes import PointCloud, TriangleMesh
 
 Image = NDArray[np.uint8]
@@ -164,7 +165,7 @@ def render(view: SurfaceView, *, size: int = 600) -> Image:
     """
     size = as_count("size", size, 16)
     choose_gl_window()
-    import pyvista as pv  # after the choice of window, which VTK reads when it starts
+    pv = load_pyvista()  # after the choice of window, which VTK reads when it starts
 
     plotter: Any = pv.Plotter(off_screen=True, window_size=[size, size], lighting="light kit")
     plotter.set_background("white")
@@ -211,7 +212,7 @@ def _can_load(library: str) -> bool:
 
 def _add_surface(plotter: Any, view: SurfaceView, size: int) -> None:
     """Draw the surface or cloud with its values."""
-    import pyvista as pv
+    pv = load_pyvista()
 
     style: dict[str, Any] = {"show_scalar_bar": False, "specular": 0.1, "ambient": 0.28, "diffuse": 0.75}
     if isinstance(view.surface, PointCloud):
@@ -247,7 +248,7 @@ def _values_to_draw(view: SurfaceView) -> tuple[FloatArray, bool]:
 
 def _add_marks(plotter: Any, view: SurfaceView, size: int) -> None:
     """Draw arrows, curves and dots over the surface."""
-    import pyvista as pv
+    pv = load_pyvista()
 
     if view.arrows is not None:
         feet = as_floats("arrows' feet", view.arrows[0], ("a", 3))
