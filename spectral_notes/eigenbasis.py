@@ -220,8 +220,8 @@ def compute_eigenbasis(
     budget = None if max_bytes is None else as_number("max_bytes", max_bytes, above=0.0)
     with threadpool_limits(limits=threads, user_api="blas"), eigensolver.progress_bar(progress) as watch:
         problem = eigensolver.pose(L, M)
-        evecs = eigensolver.solve(problem, k, tol=tol, seed=seed, factor=factor, max_bytes=budget, watch=watch)
-        evals, residuals = eigensolver.measure(problem, L, M, evecs, tol)
+        evecs, again = eigensolver.solve(problem, k, tol=tol, seed=seed, factor=factor, max_bytes=budget, watch=watch)
+        evals, residuals = eigensolver.measure(problem, L, M, evecs, tol, again)
         if certify:
             eigensolver.certify(L, M, evals, residuals)
     fix_signs(evecs)

@@ -208,7 +208,6 @@ def _reorthogonalize(space: Krylov, estimate: float) -> None:
     V, j, b = space.V, space.size, space.block
     pair = V[:, j - b : j + b]
     H = _project_out(space, j - b, pair)
-    _correct(space, H)
     if not estimate < 1e-3:  # the block had almost nothing new in it: what was left was noise
         Q = np.asfortranarray(V[:, j : j + b])
         for _ in range(2):
@@ -220,20 +219,6 @@ def _reorthogonalize(space: Krylov, estimate: float) -> None:
         space.noise *= min(max(1.0, float(abs(H).max()) / estimate), 100.0)
     space.loss_before = space.noise * space.rng.standard_normal((j - b, b))
     space.loss = space.noise * space.rng.standard_normal((j, b))
-
-
-def _correct(space: Krylov, H: FloatArray) -> None:
-    """Write the parts H that were taken out of the last two blocks into T, so that op V = V T + ... stays true."""
-    T, j, b = space.T, space.size, space.block
-    now, next_ = slice(j - b, j), slice(j, j + b)
-    D = H[:, :b] @ T[now, now] + H[:, b:] @ T[next_, now] - T[: j - b, : j - b] @ H[:, :b]
-    T[: j - b, now] += D
-    T[now, : j - b] += D.T
-    if j - b > space.arrow:
-        before = slice(j - 2 * b, j - b)
-        C = (H[:, :b] @ T[now, before])[: j - 2 * b]
-        T[: j - 2 * b, before] += C
-        T[before, : j - 2 * b] += C.T
 
 
 def _project_out(space: Krylov, stop: int, W: FloatArray, first: int = 0) -> FloatArray:
