@@ -237,7 +237,7 @@ def _lay_out(
     """Place the images on a figure, pixel for pixel, each under its title."""
     rows = -(-len(images) // columns)
     head = 0.28 if any(view.title for view in views) else 0.0
-    foot = 0.55 if color_bar else 0.0
+    foot = 0.7 if color_bar else 0.0
     width, height = columns * panel[0], rows * (panel[1] + head) + foot
     figure = plt.figure(figsize=(width, height), dpi=DPI, layout="none")
     for number, (view, image) in enumerate(zip(views, images, strict=True)):
@@ -249,6 +249,6 @@ def _lay_out(
         axes.set_title(view.title, fontsize=9, pad=3)
     if color_bar:
         colors = ScalarMappable(Normalize(*views[0].color_limits), str(views[0].color_map))
-        bar = figure.add_axes((0.3, 0.38 / height, 0.4, 0.1 / height))
+        bar = figure.add_axes((0.3, 0.5 / height, 0.4, 0.1 / height))
         figure.colorbar(colors, cax=bar, orientation="horizontal", label=color_bar)
     return figure
