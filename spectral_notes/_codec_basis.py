@@ -149,7 +149,7 @@ def frames(X: FloatArray, faces: IntArray, patches: list[IntArray]) -> FloatArra
     corner = X[faces]
     area = np.cross(corner[:, 1] - corner[:, 0], corner[:, 2] - corner[:, 0])
     N: FloatArray = np.stack([np.bincount(faces.ravel(), np.repeat(area[:, d], 3), len(X)) for d in range(3)], axis=1)
-    N = _unit(N + (1e-6 * np.sqrt((N * N).sum(axis=1).mean()) + 1e-300) * TILT)
+    N = _unit(N + (1e-6 * np.sqrt((N * N).sum(axis=1).mean()) + 1e-150) * TILT)
     m = np.empty_like(X)
     for i in patches:
         m[i] = _unit(N[i].mean(axis=0) + 1e-6 * TILT)

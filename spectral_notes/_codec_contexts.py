@@ -19,82 +19,76 @@ ONE = 256  # fixed-point one of the running means
 OCTAVE = 64  # fixed-point one of the logarithms
 LOCAL = ((2, 77), (6, 38), (20, 20), (60, 13))  # (window in rows, offset under the logarithm in units of 1 / ONE)
 SHARED = ((1, 20), (4, 13), (16, 13))
+OFFSETS = np.array([offset for _, offset in LOCAL + SHARED])
+EXPECTED, SURPRISE = 2, 102  # the mean that a magnitude is measured against, and the offset of both
 CLASSES = 44  # half octaves of the expected magnitude, from 2^-6
 SPLIT = 18  # from this class on the low bits of a coefficient are coded as they are
 TOKENS = 16  # the last one is the escape
+CAP = 1 << 20  # magnitudes count as this much at most
 LARGEST = 1 << 30  # no encoder writes a coefficient beyond it
 _MANTISSA = np.rint(OCTAVE * np.log2(1 + np.arange(128) / 128)).astype(np.int64)
 
 
 def log2_fixed(x: IntArray) -> IntArray:
-    """Floor-like logarithm of positive integers in units of 1 / OCTAVE octave, from the top eight bits."""
+    """Logarithm of positive integers in units of 1 / OCTAVE octave, from the top eight bits."""
     exponent = np.frexp(x.astype(np.float64))[1].astype(np.int64) - 1  # exact: x < 2^53
-    top = np.where(exponent >= 7, x >> np.maximum(exponent - 7, 0), x << np.maximum(7 - exponent, 0))
+    top = (x << 7) >> exponent
     return exponent * OCTAVE + _MANTISSA[top & 127]
 
 
 class Contexts:
-    """Predict the class of each coefficient of a row, axis by axis, then learn from the row."""
+    """Running means of the magnitudes of a block, row after row, and the classes they predict."""
 
     def __init__(self, present: NDArray[np.bool_]) -> None:
-        patches = present.shape[1]
+        rows, patches = present.shape
         self._present = present
-        self._local = np.full((len(LOCAL), 3, patches), ONE, dtype=np.int64)
-        self._shared = np.full((len(SHARED), 3), ONE, dtype=np.int64)
-        self._seen = np.zeros(patches, dtype=np.int64)
-        self._offsets = np.array([c for _, c in LOCAL])[:, None, None]
         self._row = 0
-        self._now = np.zeros((3, patches), dtype=np.int64)
-        self._logs, self._shared_logs = self._take_logs()
+        self._local = np.full((len(LOCAL), 3, patches), ONE, dtype=np.int64)
+        self._shared = np.full((len(SHARED), 3, 1), ONE, dtype=np.int64)
+        seen = np.maximum(np.cumsum(present, axis=0), 1)
+        windows = np.array([window for window, _ in LOCAL])
+        rates = np.maximum(ONE // (windows[None, :, None] + 1), ONE // (seen[:, None, :] + 1))
+        self._rates = (rates * present[:, None, :])[:, :, None, :]  # (rows, windows, 1, patches); zero where absent
+        shared = np.array([window for window, _ in SHARED])
+        self._shared_rates = np.maximum(ONE // (shared + 1), ONE // (np.arange(rows)[:, None] + 2))[:, :, None, None]
+        self._counts = present.sum(axis=1).tolist()
 
-    def _take_logs(self) -> tuple[IntArray, IntArray]:
-        """Logarithms of the running means of all axes."""
-        shared_offsets = np.array([c for _, c in SHARED])[:, None]
-        return log2_fixed(self._local + self._offsets), log2_fixed(self._shared + shared_offsets)
+    @property
+    def means(self) -> IntArray:
+        """The running means of each patch, then of all together: (windows, 3, patches)."""
+        return np.concatenate([self._local, np.broadcast_to(self._shared, (len(SHARED), *self._local.shape[1:]))])
 
-    def features(self, axis: int) -> IntArray:
-        """The 12 features (12, patches) that predict an axis of the current row, in units of 1 / OCTAVE."""
-        patches = self._local.shape[2]
-        out = np.zeros((12, patches), dtype=np.int64)
-        out[:4] = self._logs[:, axis]
-        out[4:7] = self._shared_logs[:, axis, None]
-        if axis == 0:
-            out[7:9] = (self._logs[1::2, 1] + self._logs[1::2, 2]) >> 1
-        else:
-            out[7:9] = self._logs[1::2, 3 - axis]
-        for j in range(axis):
-            expected = self._local[2, j]
-            out[9 + j] = log2_fixed((self._now[j] << 8) + 102) - log2_fixed(expected + 102)
-        out[11] = OCTAVE
-        return out
-
-    def classes(self, axis: int) -> IntArray:
-        """The class 0 .. CLASSES - 1 of the expected magnitude of each patch's coefficient."""
-        weights = WEIGHTS[min(axis, 1)]
-        level = (weights @ self.features(axis)) >> 8
-        return np.clip((level + 6 * OCTAVE + OCTAVE // 4) // (OCTAVE // 2), 0, CLASSES - 1)
-
-    def saw(self, axis: int, magnitude: IntArray) -> None:
-        """Take note of the magnitudes (patches,) of an axis; after axis 2 the row is complete."""
-        self._now[axis] = np.minimum(magnitude, 1 << 20)
-        if axis == 2:
-            self._learn()
-
-    def _learn(self) -> None:
-        """Move the running means towards the row."""
-        here = self._present[self._row]
-        self._seen += here
-        now = self._now << 8
-        for i, (window, _) in enumerate(LOCAL):
-            rate = np.maximum(ONE // (window + 1), ONE // (self._seen + 1))
-            self._local[i] += np.where(here, (now - self._local[i]) * rate >> 8, 0)
-        count = int(here.sum())
+    def learn(self, row: IntArray) -> None:
+        """Move the running means towards the magnitudes of a whole row (3, patches)."""
+        now = np.minimum(row, CAP) << 8
+        self._local = self._local + ((now - self._local) * self._rates[self._row] >> 8)
+        count = self._counts[self._row]
         if count:
-            mean = (now * here).sum(axis=1) // count
-            for i, (window, _) in enumerate(SHARED):
-                self._shared[i] += (mean - self._shared[i]) * max(ONE // (window + 1), ONE // (self._row + 2)) >> 8
+            mean = (now * self._present[self._row]).sum(axis=1, keepdims=True) // count
+            self._shared = self._shared + ((mean - self._shared) * self._shared_rates[self._row] >> 8)
         self._row += 1
-        self._logs, self._shared_logs = self._take_logs()
+
+
+def logarithms(means: IntArray) -> tuple[IntArray, IntArray]:
+    """Logarithms of running means (..., 7, 3, patches), and of what a magnitude is measured against (..., 3, patches)."""
+    return log2_fixed(means + OFFSETS[:, None, None]), log2_fixed(means[..., EXPECTED, :, :] + SURPRISE)
+
+
+def predict(logs: tuple[IntArray, IntArray], row: IntArray, axis: int) -> IntArray:
+    """The class 0 .. CLASSES - 1 of an axis (..., patches), from `logarithms` and magnitudes `row` (..., 3, patches).
+
+    Only the axes of the row before this one are looked at.
+    """
+    log, expected = logs
+    weights = WEIGHTS[min(axis, 1)]
+    one, two = (1, 2) if axis == 0 else (3 - axis, 3 - axis)
+    level = np.einsum("f,...fp->...p", weights[:7], log[..., axis, :]) + weights[11] * OCTAVE
+    for i, window in enumerate((1, 3)):
+        level += weights[7 + i] * ((log[..., window, one, :] + log[..., window, two, :]) >> 1)
+    for j in range(axis):
+        known = np.minimum(row[..., j, :], CAP) << 8
+        level += weights[9 + j] * (log2_fixed(known + SURPRISE) - expected[..., j, :])
+    return np.clip(((level >> 8) + 6 * OCTAVE + OCTAVE // 4) // (OCTAVE // 2), 0, CLASSES - 1)
 
 
 def table_of(level: int) -> tuple[int, int]:
@@ -136,12 +130,13 @@ class Tables:
 
 def classify(magnitude: IntArray, present: NDArray[np.bool_]) -> IntArray:
     """The classes (rows, patches, 3) that the coder will use for coefficients of these magnitudes."""
-    contexts, out = Contexts(present), np.zeros_like(magnitude)
-    for row in range(len(magnitude)):
-        for axis in range(3):
-            out[row, :, axis] = contexts.classes(axis)
-            contexts.saw(axis, magnitude[row, :, axis])
-    return out
+    contexts, means = Contexts(present), []
+    rows = np.ascontiguousarray(magnitude.transpose(0, 2, 1))  # (rows, 3, patches)
+    for row in rows:
+        means.append(contexts.means)
+        contexts.learn(row)
+    logs = logarithms(np.stack(means))
+    return np.stack([predict(logs, rows, axis) for axis in range(3)], axis=-1)
 
 
 def encode_block(
@@ -171,14 +166,17 @@ def decode_block(coder: RangeDecoder, tables: Tables, present: NDArray[np.bool_]
     state = np.zeros((patches, 3), dtype=np.int64).tolist()
     for row in range(used):
         columns = np.flatnonzero(present[row]).tolist()
+        known = np.zeros((3, patches), dtype=np.int64)
+        logs = logarithms(contexts.means)
         for axis in range(3):
-            level = contexts.classes(axis).tolist()
+            level = predict(logs, known, axis).tolist()
             for p in columns:
                 s = state[p][axis]
                 k = tables.decode(coder, level[p], QUANTISER[s])
                 out[row, p, axis] = 2 * k - QUANTISER[s] * ((k > 0) - (k < 0))
                 state[p][axis] = NEXT[s][k & 1]
-            contexts.saw(axis, np.abs(out[row, :, axis]))
+            known[axis] = np.abs(out[row, :, axis])
+        contexts.learn(known)
         if coder.exhausted and partial:
             out[row] = 0
             break

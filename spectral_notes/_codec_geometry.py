@@ -169,7 +169,7 @@ def decode_base(data: bytes, shape: Shape, head: Head) -> FloatArray:
             X = lift(shape.levels[depth], X, weight)
         if depth == 0:
             break
-        X += transform.inverse(decode_block(coder, tables, transform.present) * head.base_unit)
+        X = X + np.asarray(transform.inverse(decode_block(coder, tables, transform.present) * head.base_unit))
     return X
 
 

@@ -22,7 +22,7 @@ from spectral_notes.mesh_distances import surface_error, vertex_error
 from spectral_notes.meshes import TriangleMesh
 
 TANGENTIAL = {"vertex": 1, "surface": 4}  # how much coarser positions are kept along the surface
-Found = list[tuple[bytes, float]]  # at most one file and its error
+Found = list[tuple[bytes, float]]  # files and their errors
 
 
 @dataclass(frozen=True)
@@ -116,7 +116,7 @@ def draco_files(job: Job) -> Found:
         nonlocal faithful
         if job.target.bound is not None:
             step = min(step, grid(job.target.bound / 100 * job.diagonal))
-        bits = int(np.clip(np.ceil(np.log2(extent / step + 1) - 1e-9), 1, 30))
+        bits = int(np.clip(np.ceil(np.log2(extent / step + 1) - 1e-6), 1, 30))
         stream = draco_encode(mesh.vertices, mesh.faces, bits, step * (2.0**bits - 1), low)
         points, faces = draco_decode(stream, MAX_VERTICES)
         faithful = faithful and faces.shape == c.cut_faces.shape and bool((faces == c.cut_faces).all())
@@ -124,4 +124,9 @@ def draco_files(job: Job) -> Found:
         return data, job.error(points[np.sort(first)]) if faithful else 0.0
 
     found = job.solve(make, 2 * job.start)
+    for bits in range(1, 21) if job.target.rate is None else ():  # Draco's own choice of a grid may be luckier
+        plain = make(extent / (2.0**bits - 1))
+        if plain[1] <= (job.target.error or 0.0):
+            found.append(plain)
+            break
     return found if faithful else []

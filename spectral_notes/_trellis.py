@@ -46,7 +46,7 @@ def best_path(x: FloatArray, level: IntArray, price: FloatArray, weight: float) 
             came[r, t] = two < one
             step[t] = np.minimum(one, two)
         total = np.where(here[r], step, total)
-    return _trace(total.argmin(axis=0), came, index, here, np.sign(x))
+    return _trace(total.argmin(axis=0), came, index, here, np.where(x < 0, -1, 1))
 
 
 def _candidates(size: FloatArray, level: IntArray, price: FloatArray, weight: float) -> tuple[FloatArray, IntArray]:
@@ -68,7 +68,7 @@ def _candidates(size: FloatArray, level: IntArray, price: FloatArray, weight: fl
 
 
 def _trace(
-    state: IntArray, came: NDArray[np.int8], index: IntArray, here: NDArray[np.bool_], sign: FloatArray
+    state: IntArray, came: NDArray[np.int8], index: IntArray, here: NDArray[np.bool_], sign: IntArray
 ) -> tuple[IntArray, IntArray]:
     """Follow the chosen path back to its start."""
     before, quantiser = np.array(_BEFORE), np.array(QUANTISER)
@@ -81,4 +81,4 @@ def _trace(
         used[r] = np.where(use, quantiser[old], 0)
         k[r] = np.where(use, index[quantiser[old], parity, r, columns], 0)
         state = np.where(use, old, state)
-    return k * np.where(np.isnan(sign), 0, sign).astype(np.int64), used
+    return k * sign, used
