@@ -203,3 +203,8 @@ def test_a_band_that_stays_incomplete_raises(pair: Pair, monkeypatch: pytest.Mon
     monkeypatch.setattr(slicing, "block_lanczos", blind)
     with pytest.raises(ArithmeticError, match=r"eigenvalues between 0 and .* exist, \d+ were found"):
         slice_spectrum(*pair, np.ones((642, 1)), 40, 1.0, tol=1e-9, seed=0)
+
+
+def test_loose_tolerance_costs_accuracy_and_not_orthonormality(pair: Pair) -> None:
+    _, X = block_lanczos(inverse(pair), *empty(642), 30, capacity=300, M=pair[1], tol=1e-2)
+    assert abs(X.T @ (pair[1] @ X) - np.eye(30)).max() < 1e-13
