@@ -24,7 +24,7 @@ CONSEQUENCES = {
     "duplicate_faces": "Their area counts twice, in L and in M. clean_mesh keeps one of each.",
     "degenerate_faces": "Their cotangents are infinite: cotan refuses them; the robust Laplacian works.",
     "sliver_faces": "Their cotangents are huge and of both signs: cotan loses accuracy; the robust Laplacian does not.",
-    "nonmanifold_edges": "More than two sheets meet: cotan adds them all up; the robust Laplacian is made for it.",
+    "nonmanifold_edges": "More than two sheets meet: cotan sums over them and stays right; robust is made for it.",
     "nonmanifold_vertices": "Sheets meet in a point: functions on them share that value; the modes barely notice.",
     "misoriented_edges": "Neighbours disagree which side is out: no Laplacian minds, but normals and signs of area do.",
     "boundary_edges": "The surface has a boundary, whose condition is Neumann's unless you fix values there.",

@@ -222,7 +222,7 @@ def _add_surface(plotter: Any, view: SurfaceView, size: int) -> None:
         data = pv.PolyData.from_regular_faces(view.surface.vertices, view.surface.faces)
         style |= {"smooth_shading": not view.edges, "show_edges": view.edges, "line_width": size / 900}
     if view.values is None:
-        plotter.add_mesh(data, color=PLAIN_COLOR, **style)
+        plotter.add_mesh(data, color=PLAIN_COLOR, **style | {"ambient": 0.45, "diffuse": 0.65})
         return
     values, on_faces = _values_to_draw(view)
     (data.cell_data if on_faces else data.point_data)["values"] = values
