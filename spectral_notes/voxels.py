@@ -88,12 +88,13 @@ class VoxelGrid:
 def voxelize(mesh: TriangleMesh, step: float) -> VoxelGrid:
     """Return the cubes whose centres lie inside a closed mesh: those that the surface winds around.
 
-    The winding number of a point is the solid angle under which it sees the surface over 4 pi: 1 inside, 0 outside.
+    The winding number of a point is the solid angle under which it sees the surface over 4 pi: 1 inside, 0 outside,
+    and -1 inside a mesh whose normals point in.
 
     Parameters
     ----------
     mesh : TriangleMesh
-        A closed mesh whose normals point out.
+        A closed mesh whose faces agree which side is out.
     step : float
         Edge length of the cubes, in units of the vertices.
 
@@ -123,7 +124,7 @@ def voxelize(mesh: TriangleMesh, step: float) -> VoxelGrid:
         raise ValueError("mesh must be closed to have an inside; it has boundary edges")
     corner, shape, centers = _grid_around(mesh, step, 1)
     winding = np.asarray(igl.fast_winding_number(mesh.vertices, mesh.faces, centers))
-    return VoxelGrid((winding > 0.5).reshape(shape), corner, step, _named(mesh, "voxels"))
+    return VoxelGrid((np.abs(winding) > 0.5).reshape(shape), corner, step, _named(mesh, "voxels"))
 
 
 def voxel_shell(mesh: TriangleMesh, step: float, half_width: float = 2.0) -> VoxelGrid:
@@ -131,6 +132,8 @@ def voxel_shell(mesh: TriangleMesh, step: float, half_width: float = 2.0) -> Vox
 
     A thin shell remembers distances along the surface, whatever its slope to the grid; the faces of cubes do not. The
     eigenvalues of `voxel_graph` over step^2 tend to those of the surface as the steps shrink and many make the width.
+    Where the surface lies askew to the grid they are too low by about 1 / (4 half_width): the outermost cubes are dead
+    ends.
 
     Parameters
     ----------

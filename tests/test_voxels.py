@@ -12,7 +12,7 @@ from spectral_notes.eigenbasis import compute_eigenbasis
 from spectral_notes.laplacians import cotan_laplacian, graph_laplacian
 from spectral_notes.mesh_health import health
 from spectral_notes.meshes import TriangleMesh, euler_characteristic, face_normals, is_closed
-from spectral_notes.shapes import bracket, sphere, torus
+from spectral_notes.shapes import bracket, rectangle, sphere, torus
 from spectral_notes.voxels import (
     VoxelGrid,
     voxel_euler_characteristic,
@@ -40,6 +40,12 @@ def test_a_ball_has_the_centres_nearer_than_its_radius():
     clear = np.abs(distance - 1) > 5e-3  # the icosphere lies a little inside the sphere
     np.testing.assert_array_equal(ball.inside[clear], distance[clear] < 1)
     assert not ball.inside[[0, -1]].any() and not ball.inside[:, [0, -1]].any() and not ball.inside[..., [0, -1]].any()
+
+
+def test_inside_is_inside_whichever_way_the_faces_turn():
+    ball = sphere(3)
+    turned = TriangleMesh(ball.vertices, ball.faces[:, ::-1])
+    np.testing.assert_array_equal(voxelize(turned, 0.2).inside, voxelize(ball, 0.2).inside)
 
 
 def test_volume_converges_but_the_skin_of_a_ball_keeps_three_halves_of_its_area():
@@ -101,12 +107,24 @@ def test_on_a_skin_the_cotan_laplacian_is_the_graph_of_its_square_edges():
     np.testing.assert_allclose(L.tocoo().data[off], -1.0)
 
 
-def test_a_shell_has_the_eigenvalues_of_the_sphere():
-    shell = voxel_shell(sphere(5), 0.06, 2.5)
-    radius = np.linalg.norm(shell.centers, axis=1)
-    assert abs(radius - 1).max() < 2.5 * 0.06 + 1e-3
-    basis = compute_eigenbasis(*graph_laplacian(voxel_graph(shell)), k=9)
-    np.testing.assert_allclose(basis.evals[1:] / 0.06**2, [2] * 3 + [6] * 5, rtol=0.05)
+def test_a_shell_tends_to_the_surface_as_its_width_grows_in_steps():
+    for half_width in (1, 2, 3):
+        shell = voxel_shell(sphere(4), 0.08, half_width)
+        radius = np.linalg.norm(shell.centers, axis=1)
+        assert abs(radius - 1).max() < half_width * 0.08 + 5e-3
+        basis = compute_eigenbasis(*graph_laplacian(voxel_graph(shell)), k=4)
+        ragged = (2 * half_width - 0.5) / (
+            2 * half_width
+        )  # the outermost cubes are dead ends: half a step conducts not
+        np.testing.assert_allclose(basis.evals[1:] / shell.step**2, 2 * ragged, rtol=0.03)
+
+
+def test_a_shell_along_the_grid_has_the_eigenvalues_of_the_rectangle():
+    shell = voxel_shell(rectangle(2.0, 1.0, 5, 5), 0.1, 0.9)
+    basis = compute_eigenbasis(*graph_laplacian(voxel_graph(shell)), k=3)
+    n_x, n_y, n_z = np.ptp(np.argwhere(shell.inside), axis=0) + 1
+    assert shell.n_voxels == n_x * n_y * n_z and n_z == 2
+    np.testing.assert_allclose(basis.evals[1:], 2 - 2 * np.cos(np.pi / np.array([n_x, n_y])), rtol=1e-9)
 
 
 @pytest.mark.parametrize(
