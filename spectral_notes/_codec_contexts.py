@@ -70,7 +70,7 @@ class Contexts:
 
 
 def logarithms(means: IntArray) -> tuple[IntArray, IntArray]:
-    """Logarithms of running means (..., 7, 3, patches), and of what a magnitude is measured against (..., 3, patches)."""
+    """Logarithms of running means (..., 7, 3, patches), and of those that a magnitude is measured against."""
     return log2_fixed(means + OFFSETS[:, None, None]), log2_fixed(means[..., EXPECTED, :, :] + SURPRISE)
 
 

@@ -132,7 +132,7 @@ class Encoder:
                 break
             q = quantise(transform.forward(means[depth] - X) / head.base_unit, transform)
             encode_block(coder, tables, q.k, q.quantiser, q.level, transform.present)
-            X += transform.inverse(q.value * head.base_unit)
+            X += transform.inverse(q.value.astype(np.float64) * head.base_unit)
         return head, coder.finish(), X
 
     def quantise(self, unit: float) -> tuple[Head, Quantised]:
@@ -169,7 +169,8 @@ def decode_base(data: bytes, shape: Shape, head: Head) -> FloatArray:
             X = lift(shape.levels[depth], X, weight)
         if depth == 0:
             break
-        X = X + np.asarray(transform.inverse(decode_block(coder, tables, transform.present) * head.base_unit))
+        q = decode_block(coder, tables, transform.present)
+        X += transform.inverse(q.astype(np.float64) * head.base_unit)
     return X
 
 

@@ -1,4 +1,4 @@
-"""Constants of the `.sgn` format that were fitted once, to shapes of the course (see docs/decisions/codec.md).
+"""Constants of the `.sgn` format that were fitted once, to shapes of the course (see docs/decisions/0020-mesh-codec.md).
 
 They only set how many bits a file takes, never what it means; but encoder and decoder must share them, so they belong
 to version 1 of the format and do not change.

@@ -250,8 +250,8 @@ def test_resealed_changes_give_a_mesh_or_a_clear_error(small, data):
     changed = resealed(small, at, value[: len(small) - at])
     try:
         mesh = decode(changed, max_vertices=10_000)
-    except ValueError as error:
-        assert str(error)
+    except ValueError:
+        return  # a clear error; anything else would fail this test
     else:
         assert np.isfinite(mesh.vertices).all()
 
@@ -260,7 +260,7 @@ def test_resealed_changes_give_a_mesh_or_a_clear_error(small, data):
 @given(st.binary(max_size=200))
 def test_random_bytes_are_refused(junk):
     for data in (junk, b"SGN\x11" + junk, b"SGN\x10" + zlib.crc32(junk).to_bytes(4, "little") + junk):
-        with pytest.raises(ValueError):
+        with pytest.raises(CorruptStreamError, match=r"^(data|the) "):
             decode(data)
 
 
