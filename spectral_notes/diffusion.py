@@ -7,9 +7,10 @@ signal; what the basis does not hold is lost, unless a filter says what becomes 
 from __future__ import annotations
 
 import numpy as np
+import scipy.sparse as sp
 from numpy.typing import ArrayLike, NDArray
 
-from spectral_notes._checks import FloatArray, as_floats, as_number, as_signal
+from spectral_notes._checks import FloatArray, as_count, as_floats, as_number, as_signal, as_symmetric
 from spectral_notes.eigenbasis import Eigenbasis
 
 ComplexArray = NDArray[np.complex128]
@@ -57,6 +58,39 @@ def filter_signal(basis: Eigenbasis, f: ArrayLike, gains: ArrayLike, *, beyond: 
     gains = as_floats("gains", gains, (basis.k,))
     beyond = as_number("beyond", beyond)
     return beyond * signal + basis.synthesize(_scale(gains - beyond, basis.analyze(signal)))
+
+
+def point_source(M: sp.csr_array, vertex: int) -> FloatArray:
+    """Return one unit of heat, gathered at one vertex: a density that is zero elsewhere and integrates to one.
+
+    Parameters
+    ----------
+    M : sparse array, shape (n, n)
+        Mass matrix, lumped or full.
+    vertex : int
+        Where, 0 .. n - 1.
+
+    Returns
+    -------
+    ndarray, shape (n,)
+        Pointwise, in 1 / squared units of the vertices.
+
+    Raises
+    ------
+    TypeError, ValueError
+        If M is not symmetric or there is no such vertex.
+
+    Examples
+    --------
+    >>> from spectral_notes import interval_laplacian
+    >>> point_source(interval_laplacian(5)[1], 2).tolist()  # a vertex stands for a length of 1/4
+    [0.0, 0.0, 4.0, 0.0, 0.0]
+    """
+    M = as_symmetric("M", M)
+    f = np.zeros(M.shape[0])
+    vertex = as_count("vertex", vertex, 0, len(f) - 1)
+    f[vertex] = 1.0 / M.sum(axis=0)[vertex]
+    return f
 
 
 def heat(basis: Eigenbasis, f: ArrayLike, t: float) -> FloatArray:
@@ -171,11 +205,9 @@ def schroedinger(basis: Eigenbasis, f: ArrayLike, t: float) -> ComplexArray:
     True
     """
     t, state = as_number("t", t), np.asarray(f)
-    if not np.iscomplexobj(state):
-        c = basis.analyze(state).astype(np.complex128)
-    else:
-        c = basis.analyze(state.real) + 1j * basis.analyze(state.imag)
-    return np.asarray(basis.evecs @ _scale(np.exp(-0.5j * t * basis.evals), c))
+    c = basis.analyze(state.real) + 1j * basis.analyze(state.imag)
+    c = _scale(np.exp(-0.5j * t * basis.evals), c)
+    return np.asarray(basis.synthesize(c.real) + 1j * basis.synthesize(c.imag))
 
 
 def _scale(gains: NDArray[np.inexact], c: NDArray[np.inexact]) -> NDArray[np.inexact]:
