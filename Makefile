@@ -25,7 +25,8 @@ BOOK := $(shell find book -type f -not -path '*/.*' -not -path '*/_build/*') _co
 TOOLS := $(wildcard tools/*.py)
 TESTS := $(shell find tests -type f -name '*.py') $(wildcard benchmarks/*.py)
 
-.PHONY: help book test lint notebooks serve lab pins clean distclean
+# The peers of the benchmarks (lapy, pyfmaps, cholespy) are left out where they are not installed.
+.PHONY: help book test lint notebooks serve lab bench pins clean distclean
 
 help:  ## list the targets
 	@awk -F ':.*## ' '/^[a-z]+:.*## / {printf "  make %-10s %s\n", $$1, $$2}' $(MAKEFILE_LIST)
@@ -42,6 +43,9 @@ serve: book  ## look at the book at http://localhost:8000
 
 lab: $(READY)  ## open the notebooks in JupyterLab
 	$(PY) -m jupyterlab book
+
+bench: $(READY)  ## time the eigensolver beside its peers (BENCH=--quick: under a minute)
+	$(PY) benchmarks/eigenbasis.py $(BENCH)
 
 pins: $(READY)  ## compile requirements.txt anew from pyproject.toml
 	$(PY) tools/pins.py
