@@ -15,7 +15,22 @@ import yaml
 ROOT = Path(notebooks.__file__).resolve().parents[1]
 BOOK = ROOT / "book"
 CHAPTERS = sorted(BOOK.glob("[0-9][0-9]_*.ipynb"))
-NAMED_PAGES = {"book/index", "book/bibliography"}
+NAMED_PAGES = {
+    "book/index",
+    "book/01_function_spaces",
+    "book/02_fourier_basis",
+    "book/03_differentiation",
+    "book/04_manifolds",
+    "book/05_discrete_geometries",
+    "book/06_signals_on_surfaces",
+    "book/07_laplacian",
+    "book/08_eigenfunctions",
+    "book/09_heat_waves_descriptors",
+    "book/10_compression",
+    "book/conventions",
+    "book/large_meshes",
+    "book/bibliography",
+}
 
 
 def in_chapter(check: object) -> object:
