@@ -26,7 +26,7 @@ SIZE = 500  # largest patch
 LIFT_WEIGHTS = (0.3, 0.03)
 BASE_STEP = 0.0025  # unit of the base in bounding-box diagonals
 HEAD = struct.Struct("<ffBB")
-TRADE = 0.1  # squared error, in units of the unit, that one bit is worth
+TRADE = 0.15  # squared error, in units of the unit, that one bit is worth
 
 
 @dataclass(frozen=True)
