@@ -63,6 +63,7 @@ $(STAMPS)/book: $(READY) $(BOOK) $(LIBRARY) $(TOOLS)
 
 $(STAMPS)/test: $(READY) $(BOOK) $(LIBRARY) $(TOOLS) $(TESTS)
 	$(PY) -m pytest -n $(JOBS) --dist loadfile --nbval --nbval-current-env --nbval-cell-timeout=600 \
+	    --nbval-sanitize-with tests/nbval_sanitize.cfg \
 	    tests spectral_notes $(NOTEBOOKS)
 	@mkdir -p $(STAMPS) && touch $@
 
