@@ -15,10 +15,9 @@ import scipy.sparse as sp
 
 from spectral_notes import contouring, implicit, posing
 from spectral_notes._cache import Arrays, cached_arrays
-from spectral_notes._checks import as_choice
+from spectral_notes._checks import FloatArray, as_choice
 from spectral_notes.contouring import mesh_zero_set
 from spectral_notes.implicit import (
-    FloatArray,
     blend,
     cut,
     infinite_cylinder,

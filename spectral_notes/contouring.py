@@ -7,10 +7,9 @@ from collections.abc import Callable, Sequence
 import igl
 import numpy as np
 import scipy.sparse as sp
-from numpy.typing import NDArray
 
-FloatArray = NDArray[np.float64]
-IntArray = NDArray[np.int64]
+from spectral_notes._checks import FloatArray, IntArray
+
 Distance = Callable[[FloatArray], FloatArray]
 
 

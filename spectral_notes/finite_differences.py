@@ -16,11 +16,10 @@ from __future__ import annotations
 
 import numpy as np
 import scipy.sparse as sp
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from spectral_notes import _checks
-
-FloatArray = NDArray[np.float64]
+from spectral_notes._checks import FloatArray
 
 ENDS = ("periodic", "dirichlet", "neumann")
 

@@ -6,14 +6,10 @@ All but the flat torus lie in the plane z = 0, counter-clockwise.
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
-from spectral_notes._checks import as_count, as_number
+from spectral_notes._checks import FloatArray, IntArray, as_count, as_number
 from spectral_notes.meshes import TriangleMesh
 from spectral_notes.triangulations import grid_faces, ring_coordinates, ring_faces, split_triangle
-
-FloatArray = NDArray[np.float64]
-IntArray = NDArray[np.int64]
 
 # The seven tiles of each drum, right angle first; neighbours are mirror images in their common side.
 _DRUM_TILES = (

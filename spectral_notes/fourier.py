@@ -11,9 +11,8 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from spectral_notes import _checks
+from spectral_notes._checks import FloatArray, IntArray
 
-FloatArray = NDArray[np.float64]
-IntArray = NDArray[np.int64]
 ComplexArray = NDArray[np.complex128]
 
 

@@ -15,7 +15,7 @@ import robust_laplacian
 import scipy.sparse as sp
 
 from spectral_notes._checks import FloatArray, as_choice, as_count, as_number, as_symmetric
-from spectral_notes.meshes import PointCloud, TriangleMesh, face_areas
+from spectral_notes.meshes import FLAT, PointCloud, TriangleMesh, face_areas, row_norms
 
 Pair = tuple[sp.csr_array, sp.csr_array]
 
@@ -156,7 +156,7 @@ def cotan_laplacian(mesh: TriangleMesh, *, mass: str = "lumped") -> Pair:
     i, j, k = mesh.faces.T.astype(np.int32)
     at_i, at_j, at_k = mesh.vertices[i], mesh.vertices[j], mesh.vertices[k]
     a, b, c = at_j - at_i, at_k - at_j, at_i - at_k
-    areas = _norms(np.cross(a, b)) / 2.0
+    areas = row_norms(np.cross(a, b)) / 2.0
     _refuse_flat_faces(areas, np.maximum(_dot(a, a), np.maximum(_dot(b, b), _dot(c, c))))
     cotangents = -np.concatenate([_dot(c, a), _dot(a, b), _dot(b, c)]) / np.tile(2.0 * areas, 3)  # at corners i, j, k
     n = mesh.n_vertices
@@ -289,14 +289,9 @@ def _dot(u: FloatArray, v: FloatArray) -> FloatArray:
     return np.einsum("ij,ij->i", u, v)
 
 
-def _norms(rows: FloatArray) -> FloatArray:
-    """Length of each row."""
-    return np.sqrt(_dot(rows, rows))
-
-
 def _refuse_flat_faces(areas: FloatArray, longest_squared: FloatArray) -> None:
     """Refuse faces so thin that their cotangents mean nothing."""
-    flat = np.flatnonzero(areas <= 1e-15 * longest_squared)
+    flat = np.flatnonzero(areas <= FLAT * longest_squared)
     if len(flat):
         raise ValueError(
             f"mesh must have no face without area; {len(flat)} of its faces have none, the first is face {flat[0]}. "

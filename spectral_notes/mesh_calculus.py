@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike
 from scipy.sparse.linalg import splu
 
 from spectral_notes._checks import FloatArray, IntArray, as_count, as_floats, as_indices, as_signal, as_symmetric
-from spectral_notes.meshes import TriangleMesh, edges_with_counts, face_areas, face_normals
+from spectral_notes.meshes import TriangleMesh, edges_with_counts, face_areas, face_normals, flat_faces
 
 
 def gradient_matrix(mesh: TriangleMesh) -> sp.csr_array:
@@ -263,6 +263,6 @@ def _refuse_several_components(L: sp.csr_array) -> None:
 
 def _refuse_flat_faces(mesh: TriangleMesh) -> None:
     """Refuse faces without area: a gradient is not defined there."""
-    flat = np.flatnonzero(face_areas(mesh) == 0.0)
+    flat = np.flatnonzero(flat_faces(mesh))
     if len(flat):
         raise ValueError(f"mesh must have no face without area; {len(flat)} have none, the first is face {flat[0]}")

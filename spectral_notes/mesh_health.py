@@ -15,7 +15,7 @@ from spectral_notes.meshes import (
     corner_angles,
     edges_with_counts,
     euler_characteristic,
-    face_areas,
+    flat_faces,
 )
 
 CONSEQUENCES = {
@@ -115,7 +115,7 @@ def health(mesh: TriangleMesh, *, sliver_angle: float = 1.0) -> MeshHealth:
     sliver_angle = as_number("sliver_angle", sliver_angle, above=0.0)
     pairs, counts = edges_with_counts(mesh)
     used = np.unique(mesh.faces)
-    flat = _is_flat(mesh)
+    flat = flat_faces(mesh)
     thin = np.degrees(corner_angles(mesh).min(axis=1)) < sliver_angle
     faults = {
         "duplicate_vertices": mesh.n_vertices - len(np.unique(mesh.vertices + 0.0, axis=0)),
@@ -134,13 +134,6 @@ def health(mesh: TriangleMesh, *, sliver_angle: float = 1.0) -> MeshHealth:
     whole = not any(faults[name] for name in ("nonmanifold_edges", "nonmanifold_vertices", "misoriented_edges"))
     genus = (2 * components - loops - chi) // 2 if whole else None
     return MeshHealth(mesh.n_vertices, len(pairs), mesh.n_faces, components, loops, chi, genus, faults)
-
-
-def _is_flat(mesh: TriangleMesh) -> np.ndarray[tuple[int], np.dtype[np.bool_]]:
-    """Whether each face has no area, by the measure of `cotan_laplacian`."""
-    corners = mesh.vertices[mesh.faces]
-    longest_squared = ((corners - np.roll(corners, 1, axis=1)) ** 2).sum(axis=2).max(axis=1)
-    return face_areas(mesh) <= 1e-15 * longest_squared
 
 
 def _misoriented(mesh: TriangleMesh) -> int:

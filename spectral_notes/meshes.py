@@ -15,6 +15,8 @@ from numpy.typing import ArrayLike, NDArray
 
 from spectral_notes._checks import FloatArray, IntArray, as_floats, as_indices
 
+FLAT = 1e-15  # area over squared longest side below which a face has no area
+
 
 @dataclass(frozen=True, eq=False, repr=False)
 class TriangleMesh:
@@ -218,7 +220,7 @@ def edges_with_counts(mesh: TriangleMesh) -> tuple[IntArray, IntArray]:
 def edge_lengths(mesh: TriangleMesh) -> FloatArray:
     """Return the length of each edge of `edges(mesh)`, shape (e,), in units of the vertices."""
     i, j = edges(mesh).T
-    return _norms(mesh.vertices[j] - mesh.vertices[i])
+    return row_norms(mesh.vertices[j] - mesh.vertices[i])
 
 
 def face_areas(mesh: TriangleMesh) -> FloatArray:
@@ -229,7 +231,7 @@ def face_areas(mesh: TriangleMesh) -> FloatArray:
     >>> face_areas(TriangleMesh([[0, 0, 0], [2, 0, 0], [0, 3, 0]], [[0, 1, 2]])).tolist()
     [3.0]
     """
-    return _norms(_area_vectors(mesh)) / 2.0
+    return row_norms(_area_vectors(mesh)) / 2.0
 
 
 def face_normals(mesh: TriangleMesh) -> FloatArray:
@@ -266,6 +268,24 @@ def corner_angles(mesh: TriangleMesh) -> FloatArray:
     towards_next, towards_last = np.roll(p, -1, axis=1) - p, np.roll(p, 1, axis=1) - p
     cross = np.linalg.norm(np.cross(towards_next, towards_last), axis=2)
     return np.arctan2(cross, np.einsum("fcd,fcd->fc", towards_next, towards_last))
+
+
+def flat_faces(mesh: TriangleMesh) -> NDArray[np.bool_]:
+    """Return True for each face without area, shape (m,): at most `FLAT` times its longest side squared.
+
+    Examples
+    --------
+    >>> flat_faces(TriangleMesh([[0, 0, 0], [1, 0, 0], [2, 0, 0], [0, 1, 0]], [[0, 1, 2], [0, 1, 3]])).tolist()
+    [True, False]
+    """
+    corners = mesh.vertices[mesh.faces]
+    longest_squared = ((corners - np.roll(corners, 1, axis=1)) ** 2).sum(axis=2).max(axis=1)
+    return face_areas(mesh) <= FLAT * longest_squared
+
+
+def row_norms(rows: FloatArray) -> FloatArray:
+    """Return the Euclidean length of each row of an (n, d) array, shape (n,)."""
+    return np.sqrt(np.einsum("ij,ij->i", rows, rows))
 
 
 def euler_characteristic(mesh: TriangleMesh) -> int:
@@ -365,14 +385,9 @@ def _names_a_vertex_twice(faces: IntArray) -> NDArray[np.bool_]:
     return (faces == np.roll(faces, 1, axis=1)).any(axis=1)
 
 
-def _norms(rows: FloatArray) -> FloatArray:
-    """Length of each row."""
-    return np.sqrt(np.einsum("ij,ij->i", rows, rows))
-
-
 def _unit_rows(rows: FloatArray) -> FloatArray:
     """Each row divided by its length; zero rows stay zero."""
-    lengths = _norms(rows)
+    lengths = row_norms(rows)
     return rows / np.where(lengths > 0, lengths, 1.0)[:, None]
 
 

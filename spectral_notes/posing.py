@@ -10,11 +10,10 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
+from spectral_notes._checks import FloatArray, IntArray
 from spectral_notes.contouring import Distance
 from spectral_notes.implicit import blend, round_cone
 
-FloatArray = NDArray[np.float64]
-IntArray = NDArray[np.int64]
 Vector = tuple[float, float, float]
 
 

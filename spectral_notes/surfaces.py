@@ -4,13 +4,11 @@ from __future__ import annotations
 
 import igl
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
-from spectral_notes._checks import as_count, as_floats, as_number
+from spectral_notes._checks import FloatArray, as_count, as_floats, as_number
 from spectral_notes.meshes import TriangleMesh
 from spectral_notes.triangulations import grid_faces
-
-FloatArray = NDArray[np.float64]
 
 
 def sphere(subdivisions: int = 5) -> TriangleMesh:
