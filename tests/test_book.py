@@ -156,7 +156,7 @@ def test_one_install_is_enough_and_names_no_host() -> None:
     assert lines[-1] == "-e .", "the package itself comes last"
     assert not [line for line in lines if "://" in line or line.startswith("--")]
     project = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
-    wanted = project["dependencies"] + [d for x in ("run", "book", "test", "dev") for d in project["optional-dependencies"][x]]
+    wanted = project["dependencies"] + [d for x in ("run", "book", "test", "classroom", "dev") for d in project["optional-dependencies"][x]]
     assert {re.split(r"[<>=~!]", requirement)[0].lower() for requirement in wanted} <= pins
 
 

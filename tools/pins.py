@@ -10,7 +10,7 @@ import sys
 from pathlib import Path
 
 ROOT = Path(__file__).resolve().parents[1]
-EXTRAS = ("run", "book", "test", "dev")
+EXTRAS = ("run", "book", "test", "classroom", "dev")
 OLDEST_PYTHON = "3.11.0"
 HEADER = """\
 # Exact versions of everything the course needs, for readers and for continuous integration alike:
