@@ -26,7 +26,7 @@ TOOLS := $(wildcard tools/*.py)
 TESTS := $(shell find tests -type f -name '*.py') $(wildcard benchmarks/*.py)
 
 # The peers of the benchmarks (lapy, pyfmaps, cholespy) are left out where they are not installed.
-.PHONY: help book test lint notebooks serve lab bench pins clean distclean
+.PHONY: help book test lint browser notebooks serve lab bench pins clean distclean
 
 help:  ## list the targets
 	@awk -F ':.*## ' '/^[a-z]+:.*## / {printf "  make %-10s %s\n", $$1, $$2}' $(MAKEFILE_LIST)
@@ -34,6 +34,7 @@ help:  ## list the targets
 book: $(STAMPS)/book  ## execute what changed and render the book into _build/html
 test: $(STAMPS)/test  ## unit tests, doctests, and every stored output against a fresh run
 lint: $(STAMPS)/lint  ## ruff, mypy --strict, the import layers, the form of the notebooks
+browser: $(STAMPS)/browser  ## open every page of the built book in Chromium: errors, requests, scenes, accessibility
 
 notebooks: $(READY)  ## run the notebooks (or NB=book/NAME.ipynb) and store their text outputs
 	$(PY) tools/notebooks.py run --jobs $(JOBS) $(NB)
@@ -63,8 +64,12 @@ $(STAMPS)/book: $(READY) $(BOOK) $(LIBRARY) $(TOOLS)
 
 $(STAMPS)/test: $(READY) $(BOOK) $(LIBRARY) $(TOOLS) $(TESTS)
 	$(PY) -m pytest -n $(JOBS) --dist loadfile --nbval --nbval-current-env --nbval-cell-timeout=600 \
-	    --nbval-sanitize-with tests/nbval_sanitize.cfg \
+	    --nbval-sanitize-with tests/nbval_sanitize.cfg --ignore=tests/browser \
 	    tests spectral_notes $(NOTEBOOKS)
+	@mkdir -p $(STAMPS) && touch $@
+
+$(STAMPS)/browser: $(STAMPS)/book $(TESTS)
+	SPECTRAL_NOTES_BROWSER=required $(PY) -m pytest tests/browser
 	@mkdir -p $(STAMPS) && touch $@
 
 $(STAMPS)/lint: $(READY) $(NOTEBOOKS) $(LIBRARY) $(TOOLS) $(TESTS)

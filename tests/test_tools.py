@@ -260,6 +260,7 @@ def test_a_raising_cell_fails_the_build_of_the_book(project: Path) -> None:
 
 def test_staging_replaces_notebooks_by_their_executed_twins(tmp_path: Path) -> None:
     root, executed_twins, target = tmp_path / "root", tmp_path / "executed", tmp_path / "source"
+    generated = tmp_path / "static"
     for path, text in {
         root / "_config.yml": "title: T\nexecute:\n  execute_notebooks: cache\n",
         root / "_toc.yml": "root: book/index\n",
@@ -267,13 +268,15 @@ def test_staging_replaces_notebooks_by_their_executed_twins(tmp_path: Path) -> N
         root / "book/00.ipynb": "stored",
         root / "tools/offline_mathjax.py": "",
         executed_twins / "00.ipynb": "executed",
+        generated / "scenes/a.js": "data",
         target / "book/gone.md": "left over",
     }.items():
         notebooks.write(path, text)
-    build_book.stage(root, executed_twins, target)
+    build_book.stage(root, executed_twins, generated, target)
     assert (target / "book/00.ipynb").read_text() == "executed"
     assert (target / "book/index.md").read_text() == "# T\n"
     assert "'off'" in (target / "_config.yml").read_text()
+    assert (target / "book/_static/scenes/a.js").read_text() == "data"
     assert not (target / "book/gone.md").exists()
 
 

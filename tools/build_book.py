@@ -3,7 +3,8 @@
     python tools/build_book.py
 
 The notebooks of `book/` hold no images, so the pages are rendered from a staged copy, `_build/source`, in which each
-notebook is replaced by its executed twin. The rendered book is `_build/html`.
+notebook is replaced by its executed twin. What is generated for the pages to load on request (Plotly.js, data) is
+written into `_build/static` and staged as `book/_static`. The rendered book is `_build/html`.
 """
 
 from __future__ import annotations
@@ -17,6 +18,7 @@ from pathlib import Path
 
 import check_book
 import notebooks
+import viewer_files
 import yaml
 
 ROOT = Path(__file__).resolve().parents[1]
@@ -31,8 +33,11 @@ def staged_config(root: Path) -> str:
     return yaml.safe_dump(config, sort_keys=False)
 
 
-def stage(root: Path, executed: Path, target: Path) -> None:
-    """Make `target` a copy of the sources with executed notebooks; touch only files whose content changed."""
+def stage(root: Path, executed: Path, generated: Path, target: Path) -> None:
+    """Make `target` a copy of the sources with executed notebooks; touch only files whose content changed.
+
+    Files of the folder `generated` join those of `book/_static`.
+    """
     wanted: dict[Path, Path] = {}
     for name in STAGED:
         top = root / name
@@ -40,6 +45,9 @@ def stage(root: Path, executed: Path, target: Path) -> None:
             if path.is_file() and not set(SKIPPED_PARTS) & set(path.parts):
                 twin = executed / path.name
                 wanted[target / path.relative_to(root)] = twin if path.suffix == ".ipynb" and twin.exists() else path
+    for path in generated.rglob("*"):
+        if path.is_file():
+            wanted[target / "book" / "_static" / path.relative_to(generated)] = path
     for copy, source in wanted.items():
         if not copy.exists() or not filecmp.cmp(source, copy, shallow=False):
             copy.parent.mkdir(parents=True, exist_ok=True)
@@ -67,7 +75,8 @@ def main(arguments: list[str] | None = None) -> int:
     execute = ["execute", "--into", str(build / "executed"), "--root", str(root), "--jobs", options.jobs]
     if status := notebooks.main([*execute, str(root / "book")]):
         return status
-    stage(root, build / "executed", build / "source")
+    viewer_files.copy_plotly(build / "static")
+    stage(root, build / "executed", build / "static", build / "source")
     if status := render(build / "source", root):
         return status
     return check_book.main([str(build / "html"), "--toc", str(root / "_toc.yml")])

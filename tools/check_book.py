@@ -32,6 +32,9 @@ IN_SCRIPT = re.compile(
     r"""|\.(?:src|href)\s*=\s*['"`]((?:https?:)?//[^'"`]+)"""
     r"""|\bfrom\s*['"]((?:https?:)?//[^'"]+)"""
 )
+# Code of others that names hosts it never asks here (MathJax for Internet Explorer, Plotly.js for maps and its logo):
+# reading cannot tell, so the browser tests watch that no request leaves while it runs.
+WATCHED = ("mathjax", "plotly.min.js")
 
 
 class Page(HTMLParser):
@@ -121,8 +124,7 @@ def named_pages(toc: Path) -> list[str]:
 def faults(html: Path, toc: Path) -> list[str]:
     """Return everything that is wrong with a rendered book, one sentence each."""
     found = [f"{name}: there is no such page" for name in named_pages(toc) if not (html / f"{name}.html").exists()]
-    # MathJax names hosts in code that runs only in Internet Explorer; its folder is watched by the browser tests.
-    assets = (p for p in html.rglob("*") if p.suffix in (".css", ".js") and "mathjax" not in p.parts)
+    assets = (p for p in html.rglob("*") if p.suffix in (".css", ".js") and not set(WATCHED) & set(p.parts))
     for path in sorted(html.rglob("*.html")):
         if "_static" not in path.parts:
             found += [f"{path.relative_to(html)}: {fault}" for fault in page_faults(path)]
