@@ -12,6 +12,8 @@ PY := $(ENV)/bin/python
 READY := $(ENV)/.spectral-notes-ready
 STAMPS := _build/stamps
 JOBS ?= 2
+FUZZ_SECONDS ?= 300
+INSTALL = $(if $(shell command -v uv),uv pip install --quiet --python $(PY),$(PY) -m pip install --quiet)
 
 # Printed digits must not depend on the number of cores: one BLAS thread a process.
 export OPENBLAS_NUM_THREADS := 1
@@ -26,7 +28,7 @@ TOOLS := $(wildcard tools/*.py)
 TESTS := $(shell find tests -type f -name '*.py') $(wildcard benchmarks/*.py)
 
 # The peers of the benchmarks (lapy, pyfmaps, cholespy) are left out where they are not installed.
-.PHONY: help book test lint browser notebooks serve lab bench pins clean distclean
+.PHONY: help book test lint browser notebooks serve lab bench fuzz pins clean distclean
 
 help:  ## list the targets
 	@awk -F ':.*## ' '/^[a-z]+:.*## / {printf "  make %-10s %s\n", $$1, $$2}' $(MAKEFILE_LIST)
@@ -47,6 +49,11 @@ lab: $(READY)  ## open the notebooks in JupyterLab
 
 bench: $(READY)  ## time the eigensolver beside its peers (BENCH=--quick: under a minute)
 	$(PY) benchmarks/eigenbasis.py $(BENCH)
+
+fuzz: $(READY)  ## fuzz the decoder and the mesh readers (Linux; FUZZ_SECONDS=300 each)
+	@$(PY) -c 'import atheris' 2>/dev/null || $(INSTALL) -e '.[fuzz]'
+	$(PY) tools/fuzz.py decode --seconds $(FUZZ_SECONDS)
+	$(PY) tools/fuzz.py meshes --seconds $(FUZZ_SECONDS)
 
 pins: $(READY)  ## compile requirements.txt anew from pyproject.toml
 	$(PY) tools/pins.py

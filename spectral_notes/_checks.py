@@ -9,7 +9,7 @@ from __future__ import annotations
 import numbers
 import operator
 from collections.abc import Sequence
-from typing import Any
+from typing import Any, TypeVar
 
 import numpy as np
 import scipy.sparse as sp
@@ -17,6 +17,7 @@ from numpy.typing import ArrayLike, NDArray
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
+T = TypeVar("T")
 
 
 def as_floats(name: str, value: ArrayLike, shape: Sequence[int | str]) -> FloatArray:
@@ -95,6 +96,13 @@ def as_choice(name: str, value: object, options: Sequence[str]) -> str:
     if not isinstance(value, str) or value not in options:
         listed = ", ".join(repr(option) for option in options)
         raise ValueError(f"{name} must be one of {listed}; got {value!r}")
+    return value
+
+
+def as_instance(name: str, value: Any, kind: type[T], remedy: str = "") -> T:
+    """Return `value` if it is of the given class."""
+    if not isinstance(value, kind):
+        raise TypeError(f"{name} must be a {kind.__name__}; got {type(value).__name__}{remedy and f'. {remedy}'}")
     return value
 
 

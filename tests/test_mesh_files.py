@@ -2,15 +2,22 @@
 
 from __future__ import annotations
 
+import os
+import subprocess
+import sys
+
+import igl
 import numpy as np
 import pytest
 
 from spectral_notes import mesh_files
+from spectral_notes._pyvista import load_pyvista
 from spectral_notes.mesh_files import read_mesh, write_mesh
 from spectral_notes.meshes import TriangleMesh
+from spectral_notes.shapes import torus
 
 
-@pytest.mark.parametrize(("ending", "tolerance"), [("obj", 0.0), ("off", 0.0), ("ply", 1e-6), ("stl", 1e-6), ("OFF", 0.0)])
+@pytest.mark.parametrize(("ending", "tolerance"), [("obj", 0.0), ("off", 0.0), ("ply", 0.0), ("stl", 1e-6), ("OFF", 0.0)])
 def test_round_trip(tetrahedron, tmp_path, ending, tolerance):
     mesh = TriangleMesh(tetrahedron.vertices / 3.0, tetrahedron.faces)
     path = tmp_path / f"shape.{ending}"
@@ -51,6 +58,54 @@ def test_dialects_give_the_unit_square(tmp_path, name, text):
     assert mesh.n_vertices in (3, 4)
 
 
+@pytest.mark.parametrize("order", ["<", ">"])
+@pytest.mark.parametrize("sizes", [(4,), (3, 3), (3, 4)])
+def test_binary_ply_of_either_byte_order_with_other_elements_and_polygons(tmp_path, order, sizes):
+    """The unit square, as a quadrilateral, as two triangles, and as a triangle beside a quadrilateral of its own."""
+    vertices = np.array([[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]], dtype=f"{order}f8")
+    name = {"<": "little", ">": "big"}[order]
+    polygons = {(4,): [[0, 1, 2, 3]], (3, 3): [[0, 1, 2], [0, 2, 3]], (3, 4): [[0, 1, 2], [0, 1, 2, 3]]}[sizes]
+    header = (
+        f"ply\nformat binary_{name}_endian 1.0\ncomment made here\nelement material 1\nproperty list uchar uchar name\n"
+        f"element vertex 4\nproperty double x\nproperty double y\nproperty double z\nproperty uchar red\n"
+        f"element face {len(sizes)}\nproperty list uchar int vertex_indices\nproperty ushort group\nend_header\n"
+    )
+    body = b"\x05brass" + b"".join(row.tobytes() + b"\x07" for row in vertices)
+    for polygon in polygons:
+        body += bytes([len(polygon)]) + np.array(polygon, dtype=f"{order}i4").tobytes() + b"\0\1"
+    (tmp_path / "made.ply").write_bytes(header.encode() + body)
+    mesh = read_mesh(tmp_path / "made.ply")
+    assert mesh.area == pytest.approx(1.5 if sizes == (3, 4) else 1.0)
+    np.testing.assert_array_equal(mesh.vertices, vertices)
+
+
+@pytest.mark.parametrize("ending", ["obj", "off", "ply", "stl"])
+def test_other_readers_read_the_same_mesh(tmp_path, ending):
+    path = tmp_path / f"shape.{ending}"
+    write_mesh(path, torus(9, 7))
+    mesh = read_mesh(path)
+    if ending in ("obj", "off"):
+        vertices, faces = igl.read_triangle_mesh(str(path))
+    else:
+        other = load_pyvista().read(path)
+        vertices, faces = other.points, other.regular_faces
+    np.testing.assert_allclose(mesh.vertices[mesh.faces], np.asarray(vertices)[faces], rtol=0, atol=1e-7)
+
+
+@pytest.mark.parametrize("writer", ["ply", "stl"])
+def test_text_and_binary_files_hold_the_same_mesh(tmp_path, writer):
+    write_mesh(tmp_path / f"binary.{writer}", torus(9, 7))
+    load_pyvista().read(tmp_path / f"binary.{writer}").save(tmp_path / f"text.{writer}", binary=False)
+    binary, text = (read_mesh(tmp_path / f"{name}.{writer}") for name in ("binary", "text"))
+    np.testing.assert_allclose(text.vertices[text.faces], binary.vertices[binary.faces], rtol=0, atol=1e-5)
+
+
+PLY = (
+    b"ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\nproperty float z\nelement face 1\n"
+)
+CORNERS = b"0 0 0\n1 0 0\n0 1 0\n"
+
+
 @pytest.mark.parametrize(
     ("name", "content", "message"),
     [
@@ -62,7 +117,33 @@ def test_dialects_give_the_unit_square(tmp_path, name, text):
         ("points.off", b"OFF\n1 0 0\n0 0 0\n", "1 vertices and no face"),
         ("range.obj", b"v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 9\n", "faces must lie in 0 .. 2; found 8.*clean=True"),
         ("twice.obj", b"v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\nf 1 1 2\n", "1 do not.*clean=True"),
+        ("zero.obj", b"v 0 0 0\nv 1 0 0\nv 0 1 0\nf 0 1 2\n", "OBJ file.*names vertex 0; OBJ files count from 1"),
+        ("word.obj", b"v 0 0 zero\nf 1 2 3\n", "OBJ file.*a word where a number should be"),
+        ("half.obj", b"v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 2.5\n", "OBJ file.*a word where an integer should be"),
+        ("line.obj", b"v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2\n", "face 0 has fewer than three corners"),
+        ("four.off", b"4OFF\n1 0 0\n0 0 0 1\n", "does not begin with OFF, or is of a kind that is not read"),
+        ("face.off", b"OFF\n3 1 0\n0 0 0\n1 0 0\n0 1 0\n4 0 1 2\n", "a face names fewer vertices than it announces"),
+        ("inf.off", b"OFF\n3 1 0\n0 0 0\n1 0 0\n0 1 0\n3 0 1 inf\n", "a word where an integer should be"),
+        ("short.stl", b"solid" + bytes(75) + b"\x02\0\0\0" + bytes(50), "STL file.*it ends early"),
+        ("short2.stl", bytes(80) + b"\x02\0\0\0" + bytes(50), "134 bytes where 2 triangles take 184"),
+        ("cut.stl", b"solid s\nfacet normal 0 0 1\nouter loop\nvertex 0 0 0\nvertex 1 0 0\n", "it ends early, after 2"),
         ("noise.ply", b"\x89ply nonsense", "PLY file"),
+        ("order.ply", b"ply\nelement vertex 1\nend_header\n", "its header names no format"),
+        ("kind.ply", PLY + b"property list float int vertex_indices\nend_header\n", "a line that is not understood"),
+        ("lack.ply", PLY + b"property list uchar int indices\nend_header\n" + CORNERS + b"3 0 1 2", "lacks the property"),
+        ("ends.ply", PLY + b"property list uchar int vertex_index\nend_header\n0 0 0\n", "announces 3 rows of 'vertex' and has 1"),
+        ("thin.ply", PLY + b"property list uchar int vertex_index\nend_header\n" + CORNERS + b"4 0 1 2", "row of 'face' is too short"),
+        (
+            "crash.ply",  # found by fuzzing: VTK's reader ends the interpreter
+            (b"ply\nformat ascii 1.0\nelement vertex 4\nproperty double x\nproperty float y\nproperty float z\nproperty uchar red\n"
+            b"element face 1\nproperty list vertex 4\nproperty double end_head,r\n0 0 0 1\n1 0 0\nelement vertex044\n4 0 1 2 3\n"),
+            "no header from 'ply' to 'end_header'",
+        ),
+        (
+            "memory.off",  # found by fuzzing: libigl allocates for a polygon of a billion corners
+            b"COFF\n1 1 0\n0 0 0~255 0 0 255\n1 0    0111 1\n1 2 0 1 1 1 1\n3 0 1 2\n",
+            "OFF file",
+        ),
         ("noise.stl", b"\x00\x01\x02", "STL file|no face"),
     ],
 )
@@ -81,6 +162,9 @@ def test_cleaning_on_request(tmp_path):
 def test_paths_are_checked(tmp_path, tetrahedron):
     with pytest.raises(FileNotFoundError, match="path must name an existing file"):
         read_mesh(tmp_path / "none.obj")
+    (tmp_path / "folder.obj").mkdir()
+    with pytest.raises(OSError, match="path must name a file; .* is a folder"):
+        read_mesh(tmp_path / "folder.obj")
     with pytest.raises(ValueError, match="path's ending must be one of '.obj', '.off', '.stl', '.ply'; got '.gltf'"):
         read_mesh(tmp_path / "none.gltf")
     with pytest.raises(ValueError, match="path's ending must be one of"):
@@ -97,8 +181,49 @@ def test_an_interrupted_write_leaves_the_old_file(tmp_path, tetrahedron, monkeyp
         place.write_text("v 0 0 0\nv 1")
         raise KeyboardInterrupt
 
-    monkeypatch.setattr(mesh_files, "_write_text", half)
+    monkeypatch.setitem(mesh_files.WRITERS, ".obj", half)
     with pytest.raises(KeyboardInterrupt):
         write_mesh(path, tetrahedron)
     assert path.read_text() == "old"
     assert [p.name for p in tmp_path.iterdir()] == ["shape.obj"]
+
+
+@pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="this system has no named pipes")
+def test_a_pipe_is_refused_instead_of_waited_for(tmp_path):
+    os.mkfifo(tmp_path / "pipe.obj")
+    with pytest.raises(OSError, match="path must name a file; .* is a pipe or device"):
+        read_mesh(tmp_path / "pipe.obj")
+
+
+def test_a_file_that_may_not_be_read_is_named(tmp_path, monkeypatch):
+    """The superuser may read everything, so the refusal of the system is played."""
+    (tmp_path / "secret.obj").write_text("v 0 0 0\n")
+
+    def refuse(path):
+        raise PermissionError(13, "Permission denied")
+
+    monkeypatch.setattr("pathlib.Path.read_bytes", refuse)
+    with pytest.raises(PermissionError, match=r"path must name a file that you may read; .*secret.obj: Permission denied"):
+        read_mesh(tmp_path / "secret.obj")
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="limits the size of files as Linux does")
+@pytest.mark.parametrize("ending", ["obj", "off", "ply", "stl"])
+def test_a_full_disk_leaves_the_old_file_and_no_other(tmp_path, ending):
+    """Files of the process may have 4096 bytes; the write fails half way, as on a full disk."""
+    path = tmp_path / f"shape.{ending}"
+    path.write_text("old")
+    code = (
+        "import resource, signal, sys\n"
+        "from spectral_notes.mesh_files import write_mesh\n"
+        "from spectral_notes.shapes import torus\n"
+        "mesh = torus(40, 30)\n"
+        "signal.signal(signal.SIGXFSZ, signal.SIG_IGN)\n"
+        "resource.setrlimit(resource.RLIMIT_FSIZE, (4096, 4096))\n"
+        "write_mesh(sys.argv[1], mesh)\n"
+    )
+    result = subprocess.run([sys.executable, "-c", code, path], capture_output=True, text=True, check=False)
+    assert result.returncode == 1, result
+    assert "OSError: " in result.stderr
+    assert path.read_text() == "old"
+    assert [p.name for p in tmp_path.iterdir()] == [path.name]
