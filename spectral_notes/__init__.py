@@ -9,6 +9,7 @@ One thread runs through it: L phi = lambda M phi, and only where (L, M) come fro
 [0.0, 2.0, 2.0, 2.0]
 """
 
+from spectral_notes.clustering import spectral_clusters, spectral_embedding
 from spectral_notes.curvature import angle_defects, gaussian_curvature, mean_curvature
 from spectral_notes.datasets import fetch_mesh
 from spectral_notes.eigenbasis import Eigenbasis, compute_eigenbasis
@@ -70,6 +71,8 @@ __all__ = [
     "parallel_transport",
     "Eigenbasis",
     "compute_eigenbasis",
+    "spectral_embedding",
+    "spectral_clusters",
     "SurfaceView",
     "use_house_style",
     "plot_matrix",
