@@ -12,6 +12,7 @@ PY := $(ENV)/bin/python
 READY := $(ENV)/.spectral-notes-ready
 STAMPS := _build/stamps
 JOBS ?= 2
+EDITION ?= full
 FUZZ_SECONDS ?= 300
 INSTALL = $(if $(shell command -v uv),uv pip install --quiet --python $(PY),$(PY) -m pip install --quiet)
 
@@ -33,7 +34,7 @@ TESTS := $(shell find tests -type f -name '*.py') $(wildcard benchmarks/*.py)
 help:  ## list the targets
 	@awk -F ':.*## ' '/^[a-z]+:.*## / {printf "  make %-10s %s\n", $$1, $$2}' $(MAKEFILE_LIST)
 
-book: $(STAMPS)/book  ## execute what changed and render the book into _build/html
+book: $(STAMPS)/book-$(EDITION)  ## render the book into _build/html (EDITION=student: without solutions)
 test: $(STAMPS)/test  ## unit tests, doctests, and every stored output against a fresh run
 lint: $(STAMPS)/lint  ## ruff, mypy --strict, the import layers, the form of the notebooks
 browser: $(STAMPS)/browser  ## open every page of the built book in Chromium: errors, requests, scenes, accessibility
@@ -65,8 +66,8 @@ clean:  ## remove everything that was built
 distclean: clean  ## remove .venv as well
 	rm -rf .venv *.egg-info
 
-$(STAMPS)/book: $(READY) $(BOOK) $(LIBRARY) $(TOOLS)
-	$(PY) tools/build_book.py --jobs $(JOBS)
+$(STAMPS)/book-full $(STAMPS)/book-student: $(STAMPS)/book-%: $(READY) $(BOOK) $(LIBRARY) $(TOOLS)
+	$(PY) tools/build_book.py --jobs $(JOBS) --edition $*
 	@mkdir -p $(STAMPS) && touch $@
 
 $(STAMPS)/test: $(READY) $(BOOK) $(LIBRARY) $(TOOLS) $(TESTS)
@@ -75,7 +76,7 @@ $(STAMPS)/test: $(READY) $(BOOK) $(LIBRARY) $(TOOLS) $(TESTS)
 	    tests spectral_notes $(NOTEBOOKS)
 	@mkdir -p $(STAMPS) && touch $@
 
-$(STAMPS)/browser: $(STAMPS)/book $(TESTS)
+$(STAMPS)/browser: $(STAMPS)/book-full $(TESTS)
 	SPECTRAL_NOTES_BROWSER=required $(PY) -m pytest tests/browser
 	@mkdir -p $(STAMPS) && touch $@
 

@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+import json
 import re
 import tomllib
 from pathlib import Path
 
+import build_book
 import check_book
+import exercises
 import nbformat
 import notebooks
 import pytest
@@ -86,6 +89,52 @@ def test_every_solution_is_folded_and_discussed(path: Path) -> None:
     assert starts
     assert all(":class: dropdown" in start for start in starts)
     assert len(re.findall(r"\{solution-end\}", text(path))) == len(starts)
+
+
+CHECKED = ("08",)  # chapters whose exercises carry checks
+WITH_CHECKS = [path for path in CHAPTERS if path.name[:2] in CHECKED]
+
+
+@pytest.mark.parametrize("path", WITH_CHECKS, ids=[path.stem for path in WITH_CHECKS])
+def test_every_exercise_has_a_check_and_every_solution_passes_it(path: Path) -> None:
+    nb = notebooks.read(path)
+    assert len(exercises.exercises(nb)) >= 6
+    assert exercises.faults(nb) == []
+
+
+def split_by_solution(path: Path) -> tuple[list[nbformat.NotebookNode], list[nbformat.NotebookNode]]:
+    """Return the cells of a chapter that everybody sees, and those of its solutions."""
+    cells = notebooks.read(path).cells
+    marks = exercises.in_solution(cells)
+    return [c for c, m in zip(cells, marks, strict=True) if not m], [c for c, m in zip(cells, marks, strict=True) if m]
+
+
+def lines_of(cells: list[nbformat.NotebookNode]) -> set[str]:
+    """Return the lines of the sources and of the printed outputs of cells, without indents."""
+    sources = [line.strip() for cell in cells for line in cell.source.splitlines()]
+    return {*sources, *(line.strip() for cell in cells if cell.cell_type == "code" for line in exercises.printed(cell))}
+
+
+def test_the_students_edition_holds_no_solution(tmp_path: Path) -> None:
+    build_book.twins(BOOK, tmp_path / "executed")
+    build_book.stage(ROOT, tmp_path / "executed", tmp_path / "static", tmp_path / "source")
+    staged = {path: path.read_bytes().decode(errors="ignore") for path in (tmp_path / "source").rglob("*") if path.is_file()}
+    assert {path.name for path in CHAPTERS} <= {path.name for path in staged}
+    seen = "\n".join(line for path in CHAPTERS for line in lines_of(split_by_solution(path)[0]))
+    for chapter in CHAPTERS:
+        telling = {line for line in lines_of(split_by_solution(chapter)[1]) if len(line) > 20 and line not in seen}
+        assert len(telling) > 20
+        spelled = telling | {json.dumps(line, ensure_ascii=False)[1:-1] for line in telling}
+        assert not [(path.name, line) for path, content in staged.items() for line in spelled if line in content]
+
+
+@in_chapter
+def test_nothing_outside_a_solution_points_into_one(path: Path) -> None:
+    seen, hidden = split_by_solution(path)
+    labels = {cell.metadata["mystnb"]["figure"]["name"] for cell in hidden if "mystnb" in cell.metadata}
+    labels |= {label for cell in hidden for label in re.findall(r"^:label: (\S+)|^\((\S+)\)=$", cell.source, re.MULTILINE) for label in label if label}
+    assert len(labels) >= 5
+    assert not [label for label in labels for cell in seen if f"`{label}`" in cell.source]
 
 
 @in_chapter

@@ -17,6 +17,7 @@ import sys
 from pathlib import Path
 
 import check_book
+import exercises
 import notebooks
 import viewer_files
 import yaml
@@ -31,6 +32,15 @@ def staged_config(root: Path) -> str:
     config = yaml.safe_load((root / "_config.yml").read_text(encoding="utf-8"))
     config["execute"] = {"execute_notebooks": "off", "stderr_output": "error"}
     return yaml.safe_dump(config, sort_keys=False)
+
+
+def twins(executed: Path, target: Path) -> None:
+    """Write copies of executed notebooks without their solutions."""
+    paths = list(executed.glob("*.ipynb"))
+    for path in paths:
+        notebooks.write(target / path.name, notebooks.to_text(exercises.without_solutions(notebooks.read(path))))
+    for stale in set(target.glob("*.ipynb")) - {target / path.name for path in paths}:
+        stale.unlink()
 
 
 def stage(root: Path, executed: Path, generated: Path, target: Path) -> None:
@@ -69,6 +79,7 @@ def main(arguments: list[str] | None = None) -> int:
     parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
     parser.add_argument("--root", type=Path, default=ROOT, help="the folder that holds _config.yml")
     parser.add_argument("--jobs", default="2", help="notebooks executed at once")
+    parser.add_argument("--edition", choices=("full", "student"), default="full", help="with solutions, or without")
     options = parser.parse_args(arguments)
     root = options.root.resolve()
     build = root / "_build"
@@ -76,10 +87,14 @@ def main(arguments: list[str] | None = None) -> int:
     if status := notebooks.main([*execute, str(root / "book")]):
         return status
     viewer_files.copy_plotly(build / "static")
-    stage(root, build / "executed", build / "static", build / "source")
-    if status := render(build / "source", root):
+    parent, executed, source = root, build / "executed", build / "source"
+    if options.edition == "student":
+        parent, executed, source = build / "student", build / "student" / "executed", build / "student" / "source"
+        twins(build / "executed", executed)
+    stage(root, executed, build / "static", source)
+    if status := render(source, parent):
         return status
-    return check_book.main([str(build / "html"), "--toc", str(root / "_toc.yml")])
+    return check_book.main([str(parent / "_build" / "html"), "--toc", str(root / "_toc.yml")])
 
 
 if __name__ == "__main__":
