@@ -71,6 +71,8 @@ def as_count(name: str, value: object, low: int, high: int | None = None) -> int
         count = operator.index(value)  # type: ignore[arg-type]
     except TypeError:
         raise TypeError(f"{name} must be an integer; got {type(value).__name__}") from None
+    if high is not None and high < low:
+        raise ValueError(f"{name} must be at least {low}, but only {max(high, 0)} can be had here: give more data")
     if count < low or (high is not None and count > high):
         bounds = f"at least {low}" if high is None else f"between {low} and {high}"
         raise ValueError(f"{name} must be {bounds}; got {count}")
@@ -102,16 +104,21 @@ def as_choice(name: str, value: object, options: Sequence[str]) -> str:
 def as_instance(name: str, value: Any, kind: type[T], remedy: str = "") -> T:
     """Return `value` if it is of the given class."""
     if not isinstance(value, kind):
-        raise TypeError(f"{name} must be a {kind.__name__}; got {type(value).__name__}{remedy and f'. {remedy}'}")
+        article = "an" if kind.__name__[0] in "AEIOU" else "a"
+        came = f"got {type(value).__name__}" + (f". {remedy}" if remedy else "")
+        raise TypeError(f"{name} must be {article} {kind.__name__}; {came}")
     return value
 
 
 def as_symmetric(name: str, value: object, n: int | None = None) -> sp.csr_array:
     """Return `value`, dense or sparse, as a real symmetric float64 `csr_array` of shape (n, n)."""
-    matrix = sp.csr_array(value) if sp.issparse(value) else sp.csr_array(_real_array(name, value))
+    given: Any = value if sp.issparse(value) else _real_array(name, value)
+    if given.ndim != 2:
+        raise ValueError(f"{name} must be square; got shape {given.shape}")
+    matrix = sp.csr_array(given)
     if np.iscomplexobj(matrix):
         raise TypeError(f"{name} must be real; got dtype {matrix.dtype}")
-    if matrix.ndim != 2 or matrix.shape[0] != matrix.shape[1]:
+    if matrix.shape[0] != matrix.shape[1]:
         raise ValueError(f"{name} must be square; got shape {matrix.shape}")
     if n is not None and matrix.shape[0] != n:
         raise ValueError(f"{name} must have shape ({n}, {n}); got {matrix.shape}")

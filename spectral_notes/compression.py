@@ -18,7 +18,7 @@ from spectral_notes._codec_corrections import decode_corrections
 from spectral_notes._codec_geometry import Head, Shape, decode_base, decode_detail
 from spectral_notes._codec_search import TANGENTIAL, Job, Target, draco_files, spectral_files
 from spectral_notes._range_coder import CorruptStreamError
-from spectral_notes.meshes import TriangleMesh
+from spectral_notes.meshes import TriangleMesh, as_mesh
 
 SMALLEST_ERROR = 1e-6  # percent of the diagonal; finer than that, float32 files are the better answer
 SMALLEST_RATE = 0.1
@@ -102,6 +102,7 @@ def encode(
     >>> decode(data).n_faces == mesh.n_faces
     True
     """
+    mesh = as_mesh(mesh)
     target = _as_target(error, bits_per_vertex, max_error)
     as_choice("quality", quality, tuple(TANGENTIAL))
     as_choice("codec", codec, ("auto", "spectral", "draco"))
@@ -200,6 +201,7 @@ def transmission_order(mesh: TriangleMesh) -> IntArray:
     >>> bool((np.sort(order) == np.arange(162)).all())
     True
     """
+    mesh = as_mesh(mesh)
     return encode_connectivity(mesh.faces, mesh.n_vertices).order
 
 
@@ -223,6 +225,7 @@ def renumbered(mesh: TriangleMesh) -> TriangleMesh:
     >>> bool((renumbered(mesh).faces == decode(encode(mesh, error=1)).faces).all())
     True
     """
+    mesh = as_mesh(mesh)
     c = encode_connectivity(mesh.faces, mesh.n_vertices)
     return TriangleMesh(mesh.vertices[c.order], c.faces, name=mesh.name)
 

@@ -7,7 +7,7 @@ import numpy as np
 from spectral_notes._checks import FloatArray
 from spectral_notes.laplacians import cotan_laplacian, mass_matrix
 from spectral_notes.mesh_calculus import boundary_vertices
-from spectral_notes.meshes import TriangleMesh, corner_angles, vertex_normals
+from spectral_notes.meshes import TriangleMesh, as_mesh, corner_angles, vertex_normals
 
 
 def angle_defects(mesh: TriangleMesh) -> FloatArray:
@@ -38,6 +38,7 @@ def angle_defects(mesh: TriangleMesh) -> FloatArray:
     ----------
     Meyer, Desbrun, Schroeder and Barr, "Discrete differential-geometry operators" (2003), section 4.
     """
+    mesh = as_mesh(mesh)
     flat = np.full(mesh.n_vertices, 2.0 * np.pi)
     flat[boundary_vertices(mesh)] = np.pi
     flat[np.bincount(mesh.faces.ravel(), minlength=mesh.n_vertices) == 0] = 0.0
@@ -62,7 +63,7 @@ def gaussian_curvature(mesh: TriangleMesh) -> FloatArray:
     Raises
     ------
     ValueError
-        If a vertex belongs to no face.
+        If a vertex belongs to no face, or to none with an area.
 
     Examples
     --------

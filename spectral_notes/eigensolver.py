@@ -264,7 +264,10 @@ def _dense(problem: Problem, k: int) -> FloatArray:
     Z = problem.zero
     c = Z.shape[1]
     B = None if problem.B is None else problem.B.toarray()
-    _, Y = scipy.linalg.eigh(problem.A.toarray(), B, subset_by_index=[0, k - 1])
+    try:
+        _, Y = scipy.linalg.eigh(problem.A.toarray(), B, subset_by_index=[0, k - 1])
+    except np.linalg.LinAlgError as error:
+        raise ValueError(f"M must be positive definite: {error}") from None
     Y[:, :c] = Z
     MY = Y if B is None else B @ Y
     Y[:, c:] -= Z @ (MY[:, :c].T @ Y[:, c:])

@@ -9,7 +9,14 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from spectral_notes._checks import FloatArray, IntArray, as_floats, as_indices
-from spectral_notes.meshes import TriangleMesh, face_normals
+from spectral_notes.meshes import (
+    TriangleMesh,
+    as_mesh,
+    connected_components,
+    edges_with_counts,
+    face_normals,
+    flat_faces,
+)
 
 
 def geodesic_distances(mesh: TriangleMesh, sources: ArrayLike) -> FloatArray:
@@ -30,7 +37,7 @@ def geodesic_distances(mesh: TriangleMesh, sources: ArrayLike) -> FloatArray:
     Raises
     ------
     TypeError, ValueError
-        If no source is given, or one is out of range.
+        If no source is given, one is out of range, or an edge has more than two faces.
 
     Examples
     --------
@@ -42,12 +49,18 @@ def geodesic_distances(mesh: TriangleMesh, sources: ArrayLike) -> FloatArray:
     ----------
     Mitchell, Mount and Papadimitriou, "The discrete geodesic problem" (1987), by libigl.
     """
+    mesh = as_mesh(mesh)
     sources = as_indices("sources", sources, ("p",), mesh.n_vertices)
     if not len(sources):
         raise ValueError("sources must name at least one vertex")
+    crowded = int((edges_with_counts(mesh)[1] > 2).sum())
+    if crowded:
+        raise ValueError(f"mesh must have at most two faces on each edge; {crowded} edges have more: see health(mesh)")
+    size = float(np.ptp(mesh.vertices, axis=0).max()) or 1.0  # igl compares lengths with numbers of its own
     none, targets = np.zeros(0, dtype=np.int64), np.arange(mesh.n_vertices)
-    distances = igl.exact_geodesic(mesh.vertices, mesh.faces, sources, none, targets, none)
-    return np.asarray(distances, dtype=np.float64).ravel()
+    distances = igl.exact_geodesic(mesh.vertices / size, mesh.faces, sources, none, targets, none)
+    piece = connected_components(mesh)
+    return np.where(np.isin(piece, piece[sources]), size * np.asarray(distances, dtype=np.float64).ravel(), np.inf)
 
 
 def parallel_transport(mesh: TriangleMesh, path: ArrayLike, arrow: ArrayLike) -> FloatArray:
@@ -59,7 +72,7 @@ def parallel_transport(mesh: TriangleMesh, path: ArrayLike, arrow: ArrayLike) ->
     Parameters
     ----------
     mesh : TriangleMesh
-        The mesh, oriented.
+        The mesh; oriented it need not be.
     path : array_like of int, shape (p,)
         Faces, each sharing an edge with the next.
     arrow : array_like, shape (3,)
@@ -73,7 +86,8 @@ def parallel_transport(mesh: TriangleMesh, path: ArrayLike, arrow: ArrayLike) ->
     Raises
     ------
     TypeError, ValueError
-        If the path is empty, an index is out of range, or two faces that follow each other share no edge.
+        If the path is empty or has a face without area, an index is out of range, or two faces that follow each other
+        share no edge.
 
     Examples
     --------
@@ -81,9 +95,10 @@ def parallel_transport(mesh: TriangleMesh, path: ArrayLike, arrow: ArrayLike) ->
     >>> parallel_transport(roof, [0, 1], [-1.0, 0.0, 0.0]).round(12).tolist()  # over the edge and down
     [[-1.0, 0.0, 0.0], [0.0, 0.0, -1.0]]
     """
+    mesh = as_mesh(mesh)
     path = as_indices("path", path, ("p",), mesh.n_faces)
-    if not len(path):
-        raise ValueError("path must name at least one face")
+    if not len(path) or flat_faces(mesh)[path].any():
+        raise ValueError("path must name at least one face, and only faces with an area")
     normals = face_normals(mesh)
     start = as_floats("arrow", arrow, (3,))
     arrows = [start - (start @ normals[path[0]]) * normals[path[0]]]
@@ -94,8 +109,15 @@ def parallel_transport(mesh: TriangleMesh, path: ArrayLike, arrow: ArrayLike) ->
         along = mesh.vertices[shared[1]] - mesh.vertices[shared[0]]
         along = along / np.linalg.norm(along)
         across_here, across_there = np.cross(normals[here], along), np.cross(normals[there], along)
+        if _follows(mesh.faces[here], shared) == _follows(mesh.faces[there], shared):
+            across_there = -across_there  # the two are turned differently: one normal points to the other side
         arrows.append((arrows[-1] @ along) * along + (arrows[-1] @ across_here) * across_there)
     return np.array(arrows)
+
+
+def _follows(face: IntArray, edge: IntArray) -> bool:
+    """Whether a face walks from the first end of an edge to the second."""
+    return bool(((face == edge[0]) & (np.roll(face, -1) == edge[1])).any())
 
 
 def faces_under_arcs(mesh: TriangleMesh, corners: ArrayLike) -> IntArray:

@@ -13,7 +13,7 @@ from numpy.typing import ArrayLike
 from scipy.spatial import cKDTree
 
 from spectral_notes._checks import FloatArray, as_choice, as_count, as_floats, as_number
-from spectral_notes.meshes import TriangleMesh, edge_lengths, edges
+from spectral_notes.meshes import TriangleMesh, as_mesh, edge_lengths, edges
 
 
 def path_graph(n: int) -> sp.csr_array:
@@ -123,14 +123,15 @@ def mesh_graph(mesh: TriangleMesh, *, weights: str = "unit") -> sp.csr_array:
 
     Raises
     ------
-    ValueError
-        If `weights` is neither, or an edge has no length though weights are 1 / length.
+    TypeError, ValueError
+        If it is no mesh, `weights` is neither, or an edge has no length though weights are 1 / length.
 
     Examples
     --------
     >>> mesh_graph(TriangleMesh([[0, 0, 0], [1, 0, 0], [0, 1, 0]], [[0, 1, 2]])).toarray()[0].tolist()
     [0.0, 1.0, 1.0]
     """
+    mesh = as_mesh(mesh)
     weights = as_choice("weights", weights, ("unit", "inverse_length"))
     i, j = edges(mesh).T
     values = np.ones(len(i))
@@ -159,8 +160,8 @@ def weights_of_networkx(graph: Any, *, weight: str = "weight") -> sp.csr_array:
 
     Raises
     ------
-    TypeError
-        If it is no networkx graph, or a directed one.
+    TypeError, ValueError
+        If it is no networkx graph, or a directed one, or a weight is not a finite number.
 
     Examples
     --------
@@ -173,7 +174,7 @@ def weights_of_networkx(graph: Any, *, weight: str = "weight") -> sp.csr_array:
     if graph.is_directed():
         raise TypeError("graph must be undirected; graph.to_undirected() makes it so")
     number = {node: index for index, node in enumerate(graph)}
-    rows = [(number[a], number[b], float(value)) for a, b, value in graph.edges(data=weight, default=1.0)]
+    rows = [(number[a], number[b], as_number(weight, value)) for a, b, value in graph.edges(data=weight, default=1.0)]
     i, j, values = (np.array(column) for column in zip(*rows, strict=True)) if rows else np.zeros((3, 0))
     return _weights(i.astype(np.int64), j.astype(np.int64), values, len(number))
 

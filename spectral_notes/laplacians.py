@@ -14,8 +14,8 @@ import numpy as np
 import robust_laplacian
 import scipy.sparse as sp
 
-from spectral_notes._checks import FloatArray, as_choice, as_count, as_number, as_symmetric
-from spectral_notes.meshes import FLAT, PointCloud, TriangleMesh, face_areas, row_norms
+from spectral_notes._checks import FloatArray, as_choice, as_count, as_instance, as_number, as_symmetric
+from spectral_notes.meshes import FLAT, PointCloud, TriangleMesh, as_mesh, face_areas, row_norms
 
 Pair = tuple[sp.csr_array, sp.csr_array]
 
@@ -151,6 +151,7 @@ def cotan_laplacian(mesh: TriangleMesh, *, mass: str = "lumped") -> Pair:
     ----------
     Pinkall and Polthier, "Computing discrete minimal surfaces and their conjugates" (1993), eq. 8 and 9.
     """
+    mesh = as_mesh(mesh)
     kind = as_choice("mass", mass, ("lumped", "full"))
     _refuse_lone_vertices(mesh)
     i, j, k = mesh.faces.T.astype(np.int32)
@@ -184,16 +185,21 @@ def mass_matrix(mesh: TriangleMesh, *, kind: str = "lumped") -> sp.csr_array:
     Raises
     ------
     ValueError
-        If a vertex belongs to no face, so that its mass would be zero.
+        If a vertex belongs to no face, or to none with an area, so that its mass would be zero.
 
     Examples
     --------
     >>> mass_matrix(TriangleMesh([[0, 0, 0], [1, 0, 0], [0, 1, 0]], [[0, 1, 2]]), kind="full").toarray()[0] * 24
     array([2., 1., 1.])
     """
+    mesh = as_mesh(mesh)
     kind = as_choice("kind", kind, ("lumped", "full"))
     _refuse_lone_vertices(mesh)
-    return _mass(mesh, face_areas(mesh), kind)
+    M = _mass(mesh, face_areas(mesh), kind)
+    if not M.diagonal().all():
+        vertex = int(np.argmin(M.diagonal()))
+        raise ValueError(f"mesh must have a face with an area at every vertex; those of vertex {vertex} have none")
+    return M
 
 
 def robust_mesh_laplacian(mesh: TriangleMesh) -> Pair:
@@ -215,7 +221,7 @@ def robust_mesh_laplacian(mesh: TriangleMesh) -> Pair:
     Raises
     ------
     ValueError
-        If a vertex belongs to no face (`clean_mesh` drops such vertices).
+        If a vertex belongs to no face (`clean_mesh` drops such vertices), or all vertices coincide.
 
     Examples
     --------
@@ -227,8 +233,11 @@ def robust_mesh_laplacian(mesh: TriangleMesh) -> Pair:
     ----------
     Sharp and Crane, "A Laplacian for Nonmanifold Triangle Meshes" (2020).
     """
+    mesh = as_mesh(mesh)
     _refuse_lone_vertices(mesh)
     L, M = robust_laplacian.mesh_laplacian(mesh.vertices, mesh.faces)
+    if not np.isfinite(L.data).all():
+        raise ValueError("mesh must not be a point, nor so small that its areas vanish")
     return sp.csr_array(L), sp.csr_array(M)
 
 
@@ -250,7 +259,7 @@ def robust_cloud_laplacian(cloud: PointCloud, *, n_neighbors: int = 30) -> Pair:
     Raises
     ------
     TypeError, ValueError
-        If the number of neighbours is out of range.
+        If it is no cloud, the number of neighbours is out of range, or the points coincide or lie on a line.
 
     Examples
     --------
@@ -264,8 +273,13 @@ def robust_cloud_laplacian(cloud: PointCloud, *, n_neighbors: int = 30) -> Pair:
     ----------
     Sharp and Crane, "A Laplacian for Nonmanifold Triangle Meshes" (2020), section 5.7.
     """
+    cloud = as_instance("cloud", cloud, PointCloud, "PointCloud(points) makes one; for a mesh, robust_mesh_laplacian")
     n_neighbors = as_count("n_neighbors", n_neighbors, 3, cloud.n_points - 1)
-    L, M = robust_laplacian.point_cloud_laplacian(cloud.points, n_neighbors=n_neighbors)
+    try:
+        L, M = robust_laplacian.point_cloud_laplacian(cloud.points, n_neighbors=n_neighbors)
+    except RuntimeError as error:
+        reason = "its points coincide, or lie on a line" if "unreferenced vertex" in str(error) else error
+        raise ValueError(f"cloud must lie on a surface; no triangles were found: {reason}") from error
     return sp.csr_array(L), sp.csr_array(M)
 
 

@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike
 from scipy.sparse.linalg import splu
 
 from spectral_notes._checks import FloatArray, IntArray, as_count, as_floats, as_indices, as_signal, as_symmetric
-from spectral_notes.meshes import TriangleMesh, edges_with_counts, face_areas, face_normals, flat_faces
+from spectral_notes.meshes import TriangleMesh, as_mesh, edges_with_counts, face_areas, face_normals, flat_faces
 
 
 def gradient_matrix(mesh: TriangleMesh) -> sp.csr_array:
@@ -46,7 +46,7 @@ def gradient_matrix(mesh: TriangleMesh) -> sp.csr_array:
     ----------
     Botsch, Kobbelt, Pauly, Alliez and Levy, *Polygon Mesh Processing* (2010), eq. 3.9.
     """
-    _refuse_flat_faces(mesh)
+    _refuse_flat_faces(as_mesh(mesh))
     corners = mesh.vertices[mesh.faces]  # (m, 3, 3)
     opposite = np.roll(corners, 1, axis=1) - np.roll(corners, -1, axis=1)  # edge from the next corner to the last
     turned = np.cross(face_normals(mesh)[:, None, :], opposite)  # (m, corner, xyz)
@@ -158,7 +158,7 @@ def face_area_matrix(mesh: TriangleMesh) -> sp.csr_array:
 
 def boundary_vertices(mesh: TriangleMesh) -> IntArray:
     """Return the vertices on an edge that has a single face, in ascending order; none for a closed mesh."""
-    pairs, counts = edges_with_counts(mesh)
+    pairs, counts = edges_with_counts(as_mesh(mesh))
     return np.unique(pairs[counts == 1])
 
 
@@ -225,7 +225,7 @@ def solve_poisson(
     Raises
     ------
     TypeError, ValueError
-        If shapes or indices do not fit, or the domain has several components and no vertex is fixed.
+        If shapes or indices do not fit, or the domain has several components and one has no fixed vertex.
 
     Examples
     --------
@@ -239,10 +239,12 @@ def solve_poisson(
     M = as_symmetric("M", M, n)
     f = as_signal("f", f, n)
     fixed = as_indices("fixed", fixed, ("p",), n)
+    if len(np.unique(fixed)) < len(fixed):
+        raise ValueError("fixed must name each vertex once")
+    _refuse_free_components(L, fixed)
     u = np.zeros(f.shape)
     u[fixed] = 0.0 if values is None else as_floats("values", values, (len(fixed), *f.shape[1:]))
     if not len(fixed):
-        _refuse_several_components(L)
         mass = M.sum(axis=1)
         f = f - mass @ f / mass.sum()
         free = np.arange(1, n)  # vertex 0 is pinned, then the mean is taken off
@@ -254,11 +256,12 @@ def solve_poisson(
     return u if len(fixed) else u - mass @ u / mass.sum()
 
 
-def _refuse_several_components(L: sp.csr_array) -> None:
-    """Refuse a domain in pieces: each piece would need a value of its own."""
-    pieces = sp.csgraph.connected_components(L, directed=False)[0]
-    if pieces > 1:
-        raise ValueError(f"fixed must name a vertex of each component; the domain has {pieces} and none is fixed")
+def _refuse_free_components(L: sp.csr_array, fixed: IntArray) -> None:
+    """Refuse a domain in pieces of which one is free: each piece needs a value of its own."""
+    pieces, labels = sp.csgraph.connected_components(L, directed=False)
+    held = len(np.unique(labels[fixed]))
+    if pieces > 1 and held < pieces:
+        raise ValueError(f"fixed must name a vertex of each component; {pieces - held} of {pieces} have none")
 
 
 def _refuse_flat_faces(mesh: TriangleMesh) -> None:

@@ -11,6 +11,7 @@ import scipy.sparse as sp
 from spectral_notes._checks import IntArray, as_number
 from spectral_notes.meshes import (
     TriangleMesh,
+    as_mesh,
     connected_components,
     corner_angles,
     edges_with_counts,
@@ -101,7 +102,7 @@ def health(mesh: TriangleMesh, *, sliver_angle: float = 1.0) -> MeshHealth:
     Raises
     ------
     TypeError, ValueError
-        If the angle is not positive.
+        If it is no mesh, or the angle is not positive.
 
     Examples
     --------
@@ -112,6 +113,7 @@ def health(mesh: TriangleMesh, *, sliver_angle: float = 1.0) -> MeshHealth:
     boundary edges: 4
         The surface has a boundary, whose condition is Neumann's unless you fix values there.
     """
+    mesh = as_mesh(mesh)
     sliver_angle = as_number("sliver_angle", sliver_angle, above=0.0)
     pairs, counts = edges_with_counts(mesh)
     used = np.unique(mesh.faces)

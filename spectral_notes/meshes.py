@@ -13,8 +13,9 @@ import numpy as np
 import scipy.sparse as sp
 from numpy.typing import ArrayLike, NDArray
 
-from spectral_notes._checks import FloatArray, IntArray, as_floats, as_indices
+from spectral_notes._checks import FloatArray, IntArray, as_floats, as_indices, as_instance
 
+LARGEST = 1e50  # coordinate; areas, and products of areas, are finite up to there
 FLAT = 1e-15  # area over squared longest side below which a face has no area
 
 
@@ -34,7 +35,7 @@ class TriangleMesh:
     Raises
     ------
     TypeError, ValueError
-        If an array has the wrong type or shape, a coordinate is not finite, an index is out of range,
+        If an array has the wrong type or shape, a coordinate is not finite or beyond 1e50, an index is out of range,
         or a face names a vertex twice (`clean_mesh` drops such faces).
 
     Examples
@@ -51,7 +52,7 @@ class TriangleMesh:
     name: str = ""
 
     def __post_init__(self) -> None:
-        vertices = as_floats("vertices", self.vertices, ("n", 3))
+        vertices = _positions("vertices", self.vertices)
         faces = as_indices("faces", self.faces, ("m", 3), stop=len(vertices))
         if not len(faces):
             raise ValueError("faces must hold at least one triangle; for points alone use PointCloud")
@@ -99,7 +100,7 @@ class PointCloud:
     Raises
     ------
     TypeError, ValueError
-        If the array has the wrong type or shape, is empty, or holds numbers that are not finite.
+        If the array has the wrong type or shape, is empty, or holds numbers that are not finite or beyond 1e50.
 
     Examples
     --------
@@ -111,7 +112,7 @@ class PointCloud:
     name: str = ""
 
     def __post_init__(self) -> None:
-        points = as_floats("points", self.points, ("n", 3))
+        points = _positions("points", self.points)
         if not len(points):
             raise ValueError("points must hold at least one point")
         if not isinstance(self.name, str):
@@ -125,6 +126,11 @@ class PointCloud:
     def n_points(self) -> int:
         """Number of points, n."""
         return len(self.points)
+
+
+def as_mesh(value: object, name: str = "mesh") -> TriangleMesh:
+    """Return `value` if it is a mesh, for functions that strangers call with arrays."""
+    return as_instance(name, value, TriangleMesh, "TriangleMesh(vertices, faces) makes one of two arrays")
 
 
 def clean_mesh(vertices: ArrayLike, faces: ArrayLike, name: str = "") -> TriangleMesh:
@@ -367,6 +373,15 @@ def connected_components(mesh: TriangleMesh) -> IntArray:
     graph = sp.csr_array((np.ones(len(i)), (i, j)), (mesh.n_vertices, mesh.n_vertices))
     labels = sp.csgraph.connected_components(graph, directed=False)[1]
     return labels.astype(np.int64)
+
+
+def _positions(name: str, value: ArrayLike) -> FloatArray:
+    """Finite positions (n, 3) whose areas are finite too."""
+    positions = as_floats(name, value, ("n", 3))
+    largest = float(np.abs(positions).max(initial=0.0))
+    if largest > LARGEST:
+        raise ValueError(f"{name} must lie within {LARGEST:g} of the origin; found {largest:g}: choose another unit")
+    return positions
 
 
 def _half_edges(faces: IntArray) -> IntArray:

@@ -15,7 +15,7 @@ from matplotlib.cm import ScalarMappable
 from matplotlib.colors import Normalize
 from matplotlib.figure import Figure
 
-from spectral_notes._checks import as_count, as_floats
+from spectral_notes._checks import as_count, as_floats, as_instance
 from spectral_notes.eigenbasis import Eigenbasis
 from spectral_notes.meshes import PointCloud, TriangleMesh
 from spectral_notes.rendering import Image, SurfaceView, render
@@ -56,7 +56,7 @@ def plot_matrix(A: Any, *, ax: Axes | None = None, title: str = "") -> Axes:
     Raises
     ------
     TypeError, ValueError
-        If A is not a real matrix of finite numbers.
+        If A is not a real matrix of finite numbers, or an empty one.
 
     Examples
     --------
@@ -64,6 +64,8 @@ def plot_matrix(A: Any, *, ax: Axes | None = None, title: str = "") -> Axes:
     'identity'
     """
     entries = as_floats("A", A.toarray() if sp.issparse(A) else A, ("m", "n"))
+    if not entries.size:
+        raise ValueError(f"A must hold at least one number; got shape {entries.shape}")
     axes = ax or plt.figure(figsize=(4.2, 3.6)).add_subplot()
     top = float(np.abs(entries).max(initial=0.0)) or 1.0
     picture = axes.imshow(entries, cmap="RdBu_r", vmin=-top, vmax=top)
@@ -160,6 +162,7 @@ def plot_modes(
     >>> [axes.get_title() for axes in figure.axes]
     ['mode 1', 'mode 2']
     """
+    basis = as_instance("basis", basis, Eigenbasis, "compute_eigenbasis(L, M, k) returns one")
     modes = [as_count("modes", mode, 0, basis.k - 1) for mode in modes]
     titles = [f"mode {mode}" for mode in modes]
     return plot_surfaces(mesh, basis.evecs[:, modes], titles=titles, n_columns=n_columns)
@@ -194,9 +197,10 @@ def plot_views(views: Sequence[SurfaceView], *, n_columns: int | None = None, co
     >>> len(figure.axes)
     2
     """
+    views = [as_instance("views", view, SurfaceView, "SurfaceView(mesh, values) makes one") for view in views]
     if not views:
         raise ValueError("views must hold at least one view")
-    columns = as_count("n_columns", n_columns or len(views), 1)
+    columns = as_count("n_columns", len(views) if n_columns is None else n_columns, 1)
     if color_bar:
         lows, highs = zip(*(view.color_limits for view in views), strict=True)
         views = [replace(view, limits=(min(lows), max(highs))) for view in views]
@@ -209,6 +213,8 @@ def plot_views(views: Sequence[SurfaceView], *, n_columns: int | None = None, co
 def _pair_up(surfaces: Any, values: Any) -> list[tuple[Any, Any]]:
     """One (surface, values) pair a picture."""
     if not isinstance(surfaces, TriangleMesh | PointCloud):
+        if not isinstance(surfaces, Sequence):
+            raise TypeError(f"surfaces must be a TriangleMesh, a PointCloud or several; got {type(surfaces).__name__}")
         surfaces = list(surfaces)
         values = [None] * len(surfaces) if values is None else list(values)
         if len(values) != len(surfaces):
@@ -216,7 +222,7 @@ def _pair_up(surfaces: Any, values: Any) -> list[tuple[Any, Any]]:
         return list(zip(surfaces, values, strict=True))
     if values is None:
         return [(surfaces, None)]
-    array = np.asarray(values, dtype=np.float64)
+    array = np.asarray(values)
     return [(surfaces, column) for column in (array.T if array.ndim == 2 else [array])]
 
 

@@ -100,6 +100,16 @@ class SurfaceView:
             if len(values) not in self.sizes:
                 raise ValueError(f"values must hold one number per vertex or face, {self.sizes}; got {len(values)}")
             object.__setattr__(self, "values", values)
+        if self.limits is not None:
+            low, high = as_floats("limits", self.limits, (2,)).tolist()
+            if low > high:
+                raise ValueError(f"limits must be (low, high); got ({low:g}, {high:g})")
+        if self.arrows is not None:
+            feet = as_floats("arrows' feet", self.arrows[0], ("a", 3))
+            object.__setattr__(self, "arrows", (feet, as_floats("arrows' vectors", self.arrows[1], (len(feet), 3))))
+        if self.points is not None:
+            object.__setattr__(self, "points", as_floats("points", self.points, ("q", 3)))
+        object.__setattr__(self, "curves", tuple(as_floats("curves", curve, ("c", 3)) for curve in self.curves))
 
     @property
     def positions(self) -> FloatArray:
@@ -251,18 +261,17 @@ def _add_marks(plotter: Any, view: SurfaceView, size: int) -> None:
     pv = load_pyvista()
 
     if view.arrows is not None:
-        feet = as_floats("arrows' feet", view.arrows[0], ("a", 3))
-        vectors = as_floats("arrows' vectors", view.arrows[1], (len(feet), 3))
+        feet, vectors = view.arrows
         cloud = pv.PolyData(feet)
         cloud["vectors"], cloud["lengths"] = vectors, np.linalg.norm(vectors, axis=1)
         glyphs = cloud.glyph(orient="vectors", scale="lengths", geom=pv.Arrow(tip_radius=0.16, shaft_radius=0.06))
         plotter.add_mesh(glyphs, color="#111111", ambient=0.3)
     for curve in view.curves:
-        line = pv.MultipleLines(as_floats("curves", curve, ("c", 3)))
+        line = pv.MultipleLines(curve)
         _add_lines(plotter, view, line, max(2.5, size / 100))
     if view.points is not None:
         ball = pv.Sphere(radius=0.013 * np.linalg.norm(np.ptp(view.positions, axis=0)))
-        dots = pv.PolyData(as_floats("points", view.points, ("q", 3))).glyph(geom=ball, scale=False, orient=False)
+        dots = pv.PolyData(view.points).glyph(geom=ball, scale=False, orient=False)
         plotter.add_mesh(dots, color="#111111", ambient=0.3)
 
 
