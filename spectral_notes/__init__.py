@@ -13,6 +13,7 @@ from spectral_notes.clustering import spectral_clusters, spectral_embedding
 from spectral_notes.curvature import angle_defects, gaussian_curvature, mean_curvature
 from spectral_notes.datasets import fetch_mesh
 from spectral_notes.eigenbasis import Eigenbasis, compute_eigenbasis
+from spectral_notes.exporting import write_arrays
 from spectral_notes.geodesics import geodesic_distances, parallel_transport
 from spectral_notes.graphs import mesh_graph, neighbor_graph, path_graph, ring_graph, weights_of_networkx
 from spectral_notes.laplacians import (
@@ -32,7 +33,7 @@ from spectral_notes.mesh_calculus import (
     rows_of_arrows,
     solve_poisson,
 )
-from spectral_notes.mesh_files import read_mesh, write_mesh
+from spectral_notes.mesh_files import read_mesh, read_shape, write_mesh
 from spectral_notes.mesh_health import health
 from spectral_notes.meshes import PointCloud, TriangleMesh, clean_mesh
 from spectral_notes.plotting import plot_matrix, plot_modes, plot_surfaces, plot_views, use_house_style
@@ -42,7 +43,9 @@ __all__ = [
     "TriangleMesh",
     "PointCloud",
     "read_mesh",
+    "read_shape",
     "write_mesh",
+    "write_arrays",
     "clean_mesh",
     "fetch_mesh",
     "health",

@@ -1,4 +1,4 @@
-"""The bytes of OBJ, OFF and STL files as vertices and triangles.
+"""The bytes of OBJ, OFF, STL and XYZ files as vertices and triangles.
 
 Nothing is allocated because a file announces it: every count is held against what follows. Compiled readers of these
 formats end the interpreter on some damaged files, so none is used.
@@ -79,6 +79,14 @@ def parse_stl(data: bytes) -> Surface:
         facets = np.frombuffer(data, FACET, announced, STL_HEADER)
         vertices = as_doubles(facets["corners"].reshape(-1, 3))
     return vertices, np.arange(len(vertices), dtype=np.int64).reshape(-1, 3)
+
+
+def parse_xyz(data: bytes) -> Surface:
+    """Return the points of a text of one point a line, with no triangle; what follows x, y and z is passed over."""
+    text = re.sub(rb"(#|//).*", b"", data).translate(bytes.maketrans(b",;", b"  "))
+    lines = [line for line in text.splitlines() if line.strip()]
+    heading = bool(lines) and re.fullmatch(rb"[\sA-Za-z_\"]+", lines[0]) is not None  # as in "x y z red"
+    return first_three([b" ".join(line.split()[:3]) for line in lines[heading:]]), np.zeros((0, 3), dtype=np.int64)
 
 
 def as_values(words: Sequence[bytes], dtype: type) -> NDArray[Any]:

@@ -1,7 +1,7 @@
-"""Read and write mesh files: OBJ, OFF, STL and PLY.
+"""Read and write files of meshes and point clouds: OBJ, OFF, STL, PLY, VTP and XYZ.
 
 No compiled reader or writer takes part: some end the interpreter on damaged files, some say nothing when the disk is
-full. Nothing is allocated because a file announces it. OBJ, OFF and PLY give every digit back, STL single precision.
+full. Nothing is allocated because a file announces it. All but STL, which has single precision, give every digit back.
 """
 
 from __future__ import annotations
@@ -14,17 +14,21 @@ from typing import Any
 
 import numpy as np
 
-from spectral_notes._checks import as_choice, as_instance
-from spectral_notes._mesh_parsing import FACET, STL_HEADER, parse_obj, parse_off, parse_stl
+from spectral_notes._checks import FloatArray, as_choice, as_instance
+from spectral_notes._mesh_parsing import parse_obj, parse_off, parse_stl, parse_xyz
+from spectral_notes._mesh_writing import WRITERS
 from spectral_notes._ply_parsing import parse_ply
-from spectral_notes.meshes import TriangleMesh, clean_mesh, face_normals
+from spectral_notes._vtp_parsing import parse_vtp
+from spectral_notes.meshes import PointCloud, TriangleMesh, clean_mesh
 
-PARSERS = {".obj": parse_obj, ".off": parse_off, ".stl": parse_stl, ".ply": parse_ply}
+PARSERS = {
+    ".obj": parse_obj, ".off": parse_off, ".stl": parse_stl, ".ply": parse_ply, ".vtp": parse_vtp, ".xyz": parse_xyz,
+}  # fmt: skip
 FORMATS = tuple(PARSERS)
 
 
 def read_mesh(path: str | os.PathLike[str], *, clean: bool = False) -> TriangleMesh:
-    """Read a triangle mesh from an OBJ, OFF, STL or PLY file; polygons are cut into fans of triangles.
+    """Read a triangle mesh from an OBJ, OFF, STL, PLY or VTP file; polygons are cut into fans of triangles.
 
     Parameters
     ----------
@@ -43,7 +47,7 @@ def read_mesh(path: str | os.PathLike[str], *, clean: bool = False) -> TriangleM
     OSError
         If there is no such file, it may not be read, or the path names a folder or a pipe.
     ValueError
-        If the ending is not one of the four, the file cannot be read as that format, or it holds no valid mesh.
+        If the ending is none that is known, the file cannot be read as that format, or it holds no valid mesh.
 
     Examples
     --------
@@ -53,27 +57,107 @@ def read_mesh(path: str | os.PathLike[str], *, clean: bool = False) -> TriangleM
     ...     read_mesh(folder + "/one.obj")
     TriangleMesh('one', 3 vertices, 1 faces)
     """
+    shape = read_shape(path, clean=clean)
+    if isinstance(shape, PointCloud):
+        raise ValueError(f"path must hold triangles; {path} has {shape.n_points} vertices and no face")
+    return shape
+
+
+def read_shape(path: str | os.PathLike[str], *, clean: bool = False) -> TriangleMesh | PointCloud:
+    r"""Read a triangle mesh, or a point cloud where the file holds points and no face.
+
+    Parameters
+    ----------
+    path : str or path
+        An OBJ, OFF, STL, PLY, VTP or XYZ file; its ending names the format. XYZ is text, one point a line.
+    clean : bool, optional
+        Merge repeated vertices or points, and drop broken faces and unused vertices.
+
+    Returns
+    -------
+    TriangleMesh or PointCloud
+        The shape, named after the file.
+
+    Raises
+    ------
+    OSError, ValueError
+        As `read_mesh`.
+
+    Examples
+    --------
+    >>> import tempfile
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     _ = Path(folder, "scan.xyz").write_text("0 0 0\n1 0 0\n0 1 0\n")
+    ...     read_shape(folder + "/scan.xyz")
+    PointCloud('scan', 3 points)
+    """
     path = Path(path)
     suffix = as_choice("path's ending", path.suffix.lower(), FORMATS)
+    return shape_from_bytes(read_whole(path), suffix, name=path.stem, clean=clean, where=str(path))
+
+
+def shape_from_bytes(
+    data: bytes, suffix: str, *, name: str = "", clean: bool = False, where: str = "the stream"
+) -> TriangleMesh | PointCloud:
+    r"""Return the shape that the bytes of a file hold; `where` is what messages call it.
+
+    Parameters
+    ----------
+    data : bytes
+        The whole file.
+    suffix : {".obj", ".off", ".stl", ".ply", ".vtp", ".xyz"}
+        Its format.
+    name, where : str
+        The name that the shape gets, and that of the file.
+    clean : bool
+        As for `read_shape`.
+
+    Returns
+    -------
+    TriangleMesh or PointCloud
+        The shape.
+
+    Raises
+    ------
+    ValueError
+        If the bytes cannot be read as that format, or hold no valid shape.
+
+    Examples
+    --------
+    >>> shape_from_bytes(b"v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n", ".obj")
+    TriangleMesh('', 3 vertices, 1 faces)
+    """
+    suffix = as_choice("suffix", suffix, FORMATS)
     try:
-        vertices, faces = PARSERS[suffix](read_whole(path))
+        vertices, faces = PARSERS[suffix](data)
     except ValueError as error:
-        raise ValueError(f"path must be a readable {suffix[1:].upper()} file; {path} is not: {error}") from error
-    if not len(faces):
-        raise ValueError(f"path must hold triangles; {path} has {len(vertices)} vertices and no face")
+        raise ValueError(f"path must be a readable {suffix[1:].upper()} file; {where} is not: {error}") from error
+    if not len(vertices):
+        raise ValueError(f"path must hold vertices; {where} has 0 vertices and no face")
     try:
+        if not len(faces):
+            return _cloud(vertices, name, clean)
         make = clean_mesh if clean or suffix == ".stl" else TriangleMesh
-        return make(vertices, faces, path.stem)
+        return make(vertices, faces, name)
     except ValueError as error:
         remedy = "" if clean else "; read_mesh(path, clean=True) may mend it"
-        raise ValueError(f"path must hold a valid mesh; {path}: {error}{remedy}") from error
+        raise ValueError(f"path must hold a valid mesh; {where}: {error}{remedy}") from error
+
+
+def _cloud(points: FloatArray, name: str, clean: bool) -> PointCloud:
+    """A point cloud, without its repeated points if wanted."""
+    cloud = PointCloud(points, name)
+    if not clean:
+        return cloud
+    _, first = np.unique(cloud.points + 0.0, axis=0, return_index=True)
+    return PointCloud(cloud.points[np.sort(first)], name)
 
 
 def write_mesh(path: str | os.PathLike[str], mesh: TriangleMesh) -> None:
-    """Write a mesh to an OBJ, OFF, STL or PLY file, whole or not at all.
+    """Write a mesh to an OBJ, OFF, STL, PLY or VTP file, whole or not at all.
 
     The file is written beside its place under another name and then moved there, so that an interrupted write leaves
-    what was there before. OBJ, OFF and PLY give every digit back; STL stores single precision.
+    what was there before. All but STL, which stores single precision, give every digit back.
 
     Parameters
     ----------
@@ -85,13 +169,13 @@ def write_mesh(path: str | os.PathLike[str], mesh: TriangleMesh) -> None:
     Raises
     ------
     ValueError
-        If the ending is not one of the four.
+        If the ending is not one of the five.
     OSError
         If the folder does not exist or cannot be written to.
     """
     path = Path(path)
     mesh = as_instance("mesh", mesh, TriangleMesh)
-    suffix = as_choice("path's ending", path.suffix.lower(), FORMATS)
+    suffix = as_choice("path's ending", path.suffix.lower(), tuple(WRITERS))
     write_whole(path, lambda place: WRITERS[suffix](place, mesh))
 
 
@@ -122,41 +206,3 @@ def read_whole(path: Path) -> bytes:
         return path.read_bytes()
     except OSError as error:
         raise type(error)(f"path must name a file that you may read; {path}: {error.strerror}") from error
-
-
-def _write_obj(place: Path, mesh: TriangleMesh) -> None:
-    """OBJ, with the 17 digits that give every float64 back."""
-    with place.open("w") as file:
-        np.savetxt(file, mesh.vertices, "v %.17g %.17g %.17g")
-        np.savetxt(file, mesh.faces + 1, "f %d %d %d")
-
-
-def _write_off(place: Path, mesh: TriangleMesh) -> None:
-    """OFF, with the 17 digits that give every float64 back."""
-    with place.open("w") as file:
-        file.write(f"OFF\n{mesh.n_vertices} {mesh.n_faces} 0\n")
-        np.savetxt(file, mesh.vertices, "%.17g")
-        np.savetxt(file, mesh.faces, "3 %d %d %d")
-
-
-def _write_stl(place: Path, mesh: TriangleMesh) -> None:
-    """Binary STL, which holds single precision."""
-    facets = np.zeros(mesh.n_faces, FACET)
-    facets["normal"] = face_normals(mesh)
-    facets["corners"] = mesh.vertices[mesh.faces]
-    place.write_bytes(b"".ljust(STL_HEADER - 4) + mesh.n_faces.to_bytes(4, "little") + facets.tobytes())
-
-
-def _write_ply(place: Path, mesh: TriangleMesh) -> None:
-    """Binary PLY in double precision."""
-    axes = "".join(f"property double {axis}\n" for axis in "xyz")
-    faces = np.zeros(mesh.n_faces, [("size", "u1"), ("corners", "<i4", 3)])
-    faces["size"], faces["corners"] = 3, mesh.faces
-    header = (
-        f"ply\nformat binary_little_endian 1.0\nelement vertex {mesh.n_vertices}\n{axes}element face {mesh.n_faces}\n"
-        "property list uchar int vertex_indices\nend_header\n"
-    )
-    place.write_bytes(header.encode() + mesh.vertices.astype("<f8").tobytes() + faces.tobytes())
-
-
-WRITERS = {".obj": _write_obj, ".off": _write_off, ".stl": _write_stl, ".ply": _write_ply}

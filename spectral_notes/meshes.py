@@ -133,6 +133,11 @@ def as_mesh(value: object, name: str = "mesh") -> TriangleMesh:
     return as_instance(name, value, TriangleMesh, "TriangleMesh(vertices, faces) makes one of two arrays")
 
 
+def positions(shape: TriangleMesh | PointCloud) -> FloatArray:
+    """Return the positions of a mesh's vertices or a cloud's points, shape (n, 3)."""
+    return shape.points if isinstance(shape, PointCloud) else shape.vertices
+
+
 def clean_mesh(vertices: ArrayLike, faces: ArrayLike, name: str = "") -> TriangleMesh:
     """Return a mesh without exactly repeated vertices, broken or repeated faces, and vertices that no face uses.
 

@@ -17,7 +17,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from spectral_notes._checks import FloatArray, as_choice, as_count, as_floats
 from spectral_notes._pyvista import load_pyvista
-from spectral_notes.meshes import PointCloud, TriangleMesh
+from spectral_notes.meshes import PointCloud, TriangleMesh, positions
 
 Image = NDArray[np.uint8]
 Camera = tuple[tuple[float, float, float], tuple[float, float, float]]
@@ -114,7 +114,7 @@ class SurfaceView:
     @property
     def positions(self) -> FloatArray:
         """Positions of the vertices or points, shape (n, 3)."""
-        return self.surface.points if isinstance(self.surface, PointCloud) else self.surface.vertices
+        return positions(self.surface)
 
     @property
     def sizes(self) -> tuple[int, ...]:

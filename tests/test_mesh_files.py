@@ -9,15 +9,16 @@ import sys
 import igl
 import numpy as np
 import pytest
+from vtkmodules.vtkIOXML import vtkXMLPolyDataWriter
 
 from spectral_notes import mesh_files
 from spectral_notes._pyvista import load_pyvista
-from spectral_notes.mesh_files import read_mesh, write_mesh
-from spectral_notes.meshes import TriangleMesh
+from spectral_notes.mesh_files import read_mesh, read_shape, write_mesh
+from spectral_notes.meshes import PointCloud, TriangleMesh
 from spectral_notes.shapes import torus
 
 
-@pytest.mark.parametrize(("ending", "tolerance"), [("obj", 0.0), ("off", 0.0), ("ply", 0.0), ("stl", 1e-6), ("OFF", 0.0)])
+@pytest.mark.parametrize(("ending", "tolerance"), [("obj", 0.0), ("off", 0.0), ("ply", 0.0), ("vtp", 0.0), ("stl", 1e-6), ("OFF", 0.0)])
 def test_round_trip(tetrahedron, tmp_path, ending, tolerance):
     mesh = TriangleMesh(tetrahedron.vertices / 3.0, tetrahedron.faces)
     path = tmp_path / f"shape.{ending}"
@@ -79,7 +80,7 @@ def test_binary_ply_of_either_byte_order_with_other_elements_and_polygons(tmp_pa
     np.testing.assert_array_equal(mesh.vertices, vertices)
 
 
-@pytest.mark.parametrize("ending", ["obj", "off", "ply", "stl"])
+@pytest.mark.parametrize("ending", ["obj", "off", "ply", "stl", "vtp"])
 def test_other_readers_read_the_same_mesh(tmp_path, ending):
     path = tmp_path / f"shape.{ending}"
     write_mesh(path, torus(9, 7))
@@ -100,8 +101,91 @@ def test_text_and_binary_files_hold_the_same_mesh(tmp_path, writer):
     np.testing.assert_allclose(text.vertices[text.faces], binary.vertices[binary.faces], rtol=0, atol=1e-5)
 
 
+@pytest.mark.parametrize("mode", ["Ascii", "Binary", "Appended"])
+@pytest.mark.parametrize("text", [0, 1])
+@pytest.mark.parametrize("compressor", ["None", "ZLib", "LZMA"])
+@pytest.mark.parametrize(("header", "order"), [(32, "LittleEndian"), (64, "BigEndian")])
+def test_every_way_in_which_vtk_writes_vtp_is_read(tmp_path, mode, text, compressor, header, order):
+    mesh, path = torus(9, 7), tmp_path / "vtk.vtp"
+    writer = vtkXMLPolyDataWriter()
+    writer.SetInputData(load_pyvista().PolyData.from_regular_faces(mesh.vertices, mesh.faces))
+    writer.SetFileName(str(path))
+    for setting, value in (("EncodeAppendedData", text), ("HeaderType", header)):
+        getattr(writer, f"Set{setting}")(value)
+    for setting in (f"DataModeTo{mode}", f"CompressorTypeTo{compressor}", f"ByteOrderTo{order}"):
+        getattr(writer, f"Set{setting}")()
+    assert writer.Write()
+    back = read_mesh(path)
+    np.testing.assert_array_equal(back.faces, mesh.faces)
+    np.testing.assert_allclose(back.vertices, mesh.vertices, rtol=0, atol=1e-10 if mode == "Ascii" else 0)
+
+
+def test_vtp_of_two_pieces_and_polygons(tmp_path):
+    piece = (
+        '<Piece NumberOfPoints="4" NumberOfPolys="1"><Points><DataArray type="Float32" NumberOfComponents="3" format="ascii">'
+        '0 0 {z} 1 0 {z} 1 1 {z} 0 1 {z}</DataArray></Points><Polys><DataArray type="Int32" Name="connectivity" format="ascii">'
+        '0 1 2 3</DataArray><DataArray type="Int32" Name="offsets" format="ascii">4</DataArray></Polys></Piece>'
+    )
+    pieces = piece.format(z=0) + piece.format(z=1)
+    (tmp_path / "two.vtp").write_text(f'<VTKFile type="PolyData"><PolyData>{pieces}</PolyData></VTKFile>')
+    mesh = read_mesh(tmp_path / "two.vtp")
+    assert (mesh.n_vertices, mesh.n_faces, mesh.area) == (8, 4, 2.0)
+
+
+def test_damaged_vtp_gives_a_mesh_or_one_clear_error(tmp_path):
+    mesh, path = torus(9, 7), tmp_path / "shape.vtp"
+    load_pyvista().PolyData.from_regular_faces(mesh.vertices, mesh.faces).save(path)
+    whole, rng, refused = path.read_bytes(), np.random.default_rng(0), 0
+    for _ in range(300):
+        data = bytearray(whole[: rng.integers(len(whole))] if rng.random() < 0.3 else whole)
+        for place in rng.integers(len(data), size=rng.integers(1, 6)) if data else []:
+            data[place] = rng.integers(256)
+        path.write_bytes(data)
+        try:
+            shape = read_shape(path)
+        except ValueError:
+            refused += 1
+        else:
+            assert isinstance(shape, TriangleMesh | PointCloud)
+    assert 0 < refused < 300
+
+
+@pytest.mark.parametrize(
+    ("name", "text"),
+    [
+        ("plain.xyz", "0 0 0\n1 0 0\n1 1 0.5\n"),
+        ("coloured.xyz", "# x y z r g b\r\n0 0 0 255 0 0\r\n1 0 0 0 0 0\r\n\r\n1 1 .5 1 2 3\r\n"),
+        ("commas.xyz", "x,y,z,red\n0,0,0,1\n1,0,0,1\n1;1;5e-1;2\n"),
+        ("points.obj", "v 0 0 0\nv 1 0 0\nv 1 1 0.5\n"),
+        ("points.off", "OFF\n3 0 0\n0 0 0\n1 0 0\n1 1 0.5\n"),
+        (
+            "points.ply",
+            "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\nproperty float z\nproperty uchar red\n"
+            "property uchar green\nproperty uchar blue\nend_header\n0 0 0 1 2 3\n1 0 0 4 5 6\n1 1 0.5 7 8 9\n",
+        ),
+    ],
+)
+def test_files_without_faces_are_point_clouds(tmp_path, name, text):
+    (tmp_path / name).write_bytes(text.encode())
+    cloud = read_shape(tmp_path / name)
+    assert isinstance(cloud, PointCloud)
+    assert cloud.points.tolist() == [[0, 0, 0], [1, 0, 0], [1, 1, 0.5]]
+    with pytest.raises(ValueError, match="path must hold triangles; .* has 3 vertices and no face"):
+        read_mesh(tmp_path / name)
+
+
+def test_a_vtp_file_of_points_and_repeated_points(tmp_path):
+    load_pyvista().PolyData(np.array([[0.0, 0, 0], [1, 0, 0], [0, 0, 0]])).save(tmp_path / "points.vtp")
+    assert read_shape(tmp_path / "points.vtp").n_points == 3
+    assert read_shape(tmp_path / "points.vtp", clean=True).points.tolist() == [[0, 0, 0], [1, 0, 0]]
+
+
 PLY = (
     b"ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\nproperty float z\nelement face 1\n"
+)
+VTP = (
+    b'<VTKFile type="PolyData" compressor="%s"><PolyData><Piece NumberOfPoints="2"><Points>'
+    b'<DataArray type="Float32" format="%s">%s</DataArray></Points></Piece></PolyData></VTKFile>'
 )
 CORNERS = b"0 0 0\n1 0 0\n0 1 0\n"
 
@@ -114,7 +198,6 @@ CORNERS = b"0 0 0\n1 0 0\n0 1 0\n"
         ("flat.obj", b"v 0 0\nf 1 2 3\n", "OBJ file"),
         ("words.obj", b"hello\n\x00\x01", "0 vertices and no face"),
         ("nothing.obj", b"", "0 vertices and no face"),
-        ("points.off", b"OFF\n1 0 0\n0 0 0\n", "1 vertices and no face"),
         ("range.obj", b"v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 9\n", "faces must lie in 0 .. 2; found 8.*clean=True"),
         ("twice.obj", b"v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\nf 1 1 2\n", "1 do not.*clean=True"),
         ("zero.obj", b"v 0 0 0\nv 1 0 0\nv 0 1 0\nf 0 1 2\n", "OBJ file.*names vertex 0; OBJ files count from 1"),
@@ -145,12 +228,21 @@ CORNERS = b"0 0 0\n1 0 0\n0 1 0\n"
             "OFF file",
         ),
         ("noise.stl", b"\x00\x01\x02", "STL file|no face"),
+        ("noise.xyz", b"1 2 3\n\xff\x00", "XYZ file"),
+        ("flat.xyz", b"1 2\n3 4\n", "fewer than three coordinates"),
+        ("infinite.xyz", b"0 0 0\n1 nan 0\n", "points must hold finite numbers"),
+        ("noise.vtp", b"\x00\x01<nonsense", "VTP file.*XML is broken"),
+        ("grid.vtp", b'<VTKFile type="ImageData"/>', "not a surface: it holds 'ImageData'"),
+        ("bomb.vtp", b'<!DOCTYPE a [<!ENTITY b "bb">]><VTKFile type="PolyData">&b;</VTKFile>', "declares entities"),
+        ("lz4.vtp", VTP % (b"vtkLZ4DataCompressor", b"binary", b"AQAAAAAAAAAAAAAAAAAAAA=="), "compressed by vtkLZ4.*zlib"),
+        ("short.vtp", VTP % (b"", b"ascii", b"0 0 0 1 1"), "has 5 numbers where 6 are announced"),
+        ("ends.vtp", VTP % (b"", b"binary", b"AAA="), "ends inside an array"),
     ],
 )
 def test_broken_files_give_one_clear_error(tmp_path, name, content, message):
     (tmp_path / name).write_bytes(content)
     with pytest.raises(ValueError, match=f"(?s)path must .*{message}"):
-        read_mesh(tmp_path / name)
+        read_shape(tmp_path / name)
 
 
 def test_cleaning_on_request(tmp_path):
@@ -165,7 +257,7 @@ def test_paths_are_checked(tmp_path, tetrahedron):
     (tmp_path / "folder.obj").mkdir()
     with pytest.raises(OSError, match="path must name a file; .* is a folder"):
         read_mesh(tmp_path / "folder.obj")
-    with pytest.raises(ValueError, match="path's ending must be one of '.obj', '.off', '.stl', '.ply'; got '.gltf'"):
+    with pytest.raises(ValueError, match="path's ending must be one of '.obj', '.off', '.stl', '.ply', '.vtp', '.xyz'; got '.gltf'"):
         read_mesh(tmp_path / "none.gltf")
     with pytest.raises(ValueError, match="path's ending must be one of"):
         write_mesh(tmp_path / "none", tetrahedron)
@@ -208,7 +300,7 @@ def test_a_file_that_may_not_be_read_is_named(tmp_path, monkeypatch):
 
 
 @pytest.mark.skipif(sys.platform != "linux", reason="limits the size of files as Linux does")
-@pytest.mark.parametrize("ending", ["obj", "off", "ply", "stl"])
+@pytest.mark.parametrize("ending", ["obj", "off", "ply", "stl", "vtp"])
 def test_a_full_disk_leaves_the_old_file_and_no_other(tmp_path, ending):
     """Files of the process may have 4096 bytes; the write fails half way, as on a full disk."""
     path = tmp_path / f"shape.{ending}"

@@ -29,15 +29,15 @@ MAX_BYTES = 4096  # of an input
 with atheris.instrument_imports(include=["spectral_notes"]):
     from spectral_notes import _sgn_format
     from spectral_notes.compression import decode, encode
-    from spectral_notes.mesh_files import FORMATS, read_mesh, write_mesh
-    from spectral_notes.meshes import TriangleMesh
+    from spectral_notes.mesh_files import FORMATS, WRITERS, read_shape, write_mesh
+    from spectral_notes.meshes import PointCloud, TriangleMesh, positions
     from spectral_notes.shapes import egg, torus
 
 
-def check(make: Callable[[], TriangleMesh]) -> None:
-    """Make a mesh from hostile bytes; only a ValueError that is not about memory may stop it."""
+def check(make: Callable[[], TriangleMesh | PointCloud]) -> None:
+    """Make a shape from hostile bytes; only a ValueError that is not about memory may stop it."""
     try:
-        mesh = make()
+        shape = make()
     except ValueError as error:
         cause: BaseException | None = error
         while cause is not None:
@@ -45,8 +45,9 @@ def check(make: Callable[[], TriangleMesh]) -> None:
                 raise MemoryError(f"an input asks for more than {MEMORY} bytes") from error
             cause = cause.__cause__
     else:
-        assert abs(mesh.vertices).max() < float("inf")
-        assert 0 <= mesh.faces.min() <= mesh.faces.max() < mesh.n_vertices
+        assert abs(positions(shape)).max() < float("inf")
+        if isinstance(shape, TriangleMesh):
+            assert 0 <= shape.faces.min() <= shape.faces.max() < shape.n_vertices
 
 
 def open_meshes() -> list[TriangleMesh]:
@@ -70,14 +71,14 @@ def decoder() -> tuple[Callable[[bytes], None], list[bytes]]:
 
 
 def readers() -> tuple[Callable[[bytes], None], list[bytes]]:
-    """The target and the seeds of `read_mesh`; the first byte of an input chooses the format."""
+    """The target and the seeds of `read_shape`; the first byte of an input chooses the format."""
     folder = Path(tempfile.mkdtemp(prefix="fuzz-"))
 
     def target(data: bytes) -> None:
         if data:
             path = folder / f"mesh{FORMATS[data[0] % len(FORMATS)]}"
             path.write_bytes(data[1:])
-            check(lambda: read_mesh(path))
+            check(lambda: read_shape(path))
 
     seeds = [
         b"\0v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nvt 0 0\nvn 0 0 1\nf 1/1/1 2/1/1 3/1/1\nf -4//1 -2//1 -1//1\n",
@@ -87,8 +88,11 @@ def readers() -> tuple[Callable[[bytes], None], list[bytes]]:
         b"\3ply\nformat ascii 1.0\nelement vertex 4\nproperty double x\nproperty float y\nproperty float z\n"
         b"property uchar red\nelement face 1\nproperty list uchar int vertex_indices\nend_header\n"
         b"0 0 0 1\n1 0 0 2\n1 1 0 3\n0 1 0 4\n4 0 1 2 3\n",
+        b"\5x y z red\n0,0,0,1\n1;0;0;2\n0 1 0 3 # a comment\n",
     ]
     for number, suffix in enumerate(FORMATS):
+        if suffix not in WRITERS:
+            continue
         path = folder / f"seed{suffix}"
         write_mesh(path, open_meshes()[1])
         seeds.append(bytes([number]) + path.read_bytes())
