@@ -72,7 +72,8 @@ def write_arrays(
     """
     path = Path(path)
     suffix = as_choice("path's ending", path.suffix.lower(), ARRAY_FORMATS)
-    fitting = {name: _as_function(name, values, len(positions(shape))) for name, values in arrays.items()}
+    n = len(positions(shape))
+    fitting = {name: _as_function(name, values, n) for name, values in arrays.items()}
     flat = columns(fitting)
     if colors:
         as_choice("colors", colors, tuple(flat))

@@ -135,7 +135,7 @@ def as_mesh(value: object, name: str = "mesh") -> TriangleMesh:
 
 def positions(shape: TriangleMesh | PointCloud) -> FloatArray:
     """Return the positions of a mesh's vertices or a cloud's points, shape (n, 3)."""
-    return shape.points if isinstance(shape, PointCloud) else shape.vertices
+    return shape.points if isinstance(shape, PointCloud) else as_mesh(shape, "shape").vertices
 
 
 def clean_mesh(vertices: ArrayLike, faces: ArrayLike, name: str = "") -> TriangleMesh:

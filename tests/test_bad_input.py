@@ -50,6 +50,7 @@ from spectral_notes import (
     plot_surfaces,
     plot_views,
     read_mesh,
+    read_shape,
     restrict_to,
     ring_graph,
     robust_cloud_laplacian,
@@ -60,6 +61,7 @@ from spectral_notes import (
     spectral_clusters,
     spectral_embedding,
     weights_of_networkx,
+    write_arrays,
     write_mesh,
 )
 
@@ -236,6 +238,10 @@ REFUSED = [
     Row("plot_views", "a mesh", lambda: plot_views([SQUARE]), TypeError, r"views must be a SurfaceView; got TriangleMesh. SurfaceView\(mesh, values\) makes one"),
     Row("read_mesh", "ending", lambda: read_mesh("shape.gltf"), ValueError, "path's ending must be one of .*; got '.gltf'"),
     Row("read_mesh", "missing", lambda: read_mesh("no such.obj"), FileNotFoundError, "path must name an existing file"),
+    Row("read_shape", "ending", lambda: read_shape("shape.gltf"), ValueError, "path's ending must be one of .*'.xyz'; got '.gltf'"),
+    Row("read_shape", "missing", lambda: read_shape("no such.xyz"), FileNotFoundError, "path must name an existing file"),
+    Row("write_arrays", "no shape", lambda: write_arrays("shape.vtp", ARRAYS, {}), TypeError, "shape must be a TriangleMesh; got tuple"),
+    Row("write_arrays", "too short", lambda: write_arrays("shape.vtp", SQUARE, {"f": [1.0, 2]}), ValueError, r"f must have shape \(4,\); got \(2,\)"),
     Row("write_mesh", "no mesh", lambda: write_mesh("shape.obj", ARRAYS), TypeError, "mesh must be a TriangleMesh; got tuple"),
     Row("write_mesh", "folder", lambda: write_mesh("no such folder/shape.obj", SQUARE), FileNotFoundError, "path must be in an existing folder"),
     Row("compression.encode", "no mesh", lambda: compression.encode(ARRAYS, error=1), TypeError, NO_MESH),
