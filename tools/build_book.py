@@ -18,6 +18,7 @@ from pathlib import Path
 
 import check_book
 import exercises
+import lab_files
 import notebooks
 import viewer_files
 import yaml
@@ -87,6 +88,7 @@ def main(arguments: list[str] | None = None) -> int:
     if status := notebooks.main([*execute, str(root / "book")]):
         return status
     viewer_files.copy_plotly(build / "static")
+    lab_files.write_labs(build / "static", root)
     parent, executed, source = root, build / "executed", build / "source"
     if options.edition == "student":
         parent, executed, source = build / "student", build / "student" / "executed", build / "student" / "source"

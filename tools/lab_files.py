@@ -1,0 +1,157 @@
+"""Write what the labs load on request, and the still picture that each of them shows before it is started.
+
+    python tools/lab_files.py _build/static
+
+Data go to labs/data/NAME.js and pictures to labs/stills/NAME.png below the folder. Nothing is computed while the library
+and the pins are what they were: the digest beside the folder says so.
+"""
+
+from __future__ import annotations
+
+import argparse
+import hashlib
+import sys
+from collections.abc import Callable, Iterator
+from pathlib import Path
+
+import matplotlib.pyplot as plt
+import notebooks
+import numpy as np
+from matplotlib.figure import Figure
+from scipy.spatial import cKDTree
+
+from spectral_notes import plotting
+from spectral_notes.diffusion import heat, point_source
+from spectral_notes.eigenbasis import Eigenbasis, compute_eigenbasis
+from spectral_notes.fourier import dft_by_fft, half_coefficients, synthesize_series
+from spectral_notes.lab_data import LabData, coarse_copy, in_unit_area, surface_data
+from spectral_notes.lab_recipes import map_data
+from spectral_notes.laplacians import cotan_laplacian
+from spectral_notes.meshes import TriangleMesh
+from spectral_notes.shapes import bracket, doll, doll_correspondence, egg, goat
+
+ROOT = Path(__file__).resolve().parents[1]
+MAX_BYTES = 3_000_000  # of one lab's data
+STILL_DPI = 100
+
+
+def basis_of(mesh: TriangleMesh, n: int, k: int) -> tuple[TriangleMesh, Eigenbasis]:
+    """Return a lighter copy of a shape in unit area, and its modes."""
+    coarse = in_unit_area(coarse_copy(mesh, n)[0])
+    return coarse, compute_eigenbasis(*cotan_laplacian(coarse), k)
+
+
+def two_dolls(n: int) -> tuple[TriangleMesh, TriangleMesh, np.ndarray]:
+    """Return two poses with different triangles, and the true map from the second to the first: nearest at rest."""
+    coarse, P = coarse_copy(doll(), n)
+    other, Q = coarse_copy(doll("rest", "remeshed"), n)
+    p2p_21 = cKDTree(coarse.vertices).query(other.vertices)[1]
+    arms_down = TriangleMesh(P @ doll("arms_down").vertices, coarse.faces, "doll_arms_down")
+    walking = TriangleMesh(Q @ (doll_correspondence() @ doll("walk").vertices), other.faces, "doll_walk")
+    return arms_down, walking, p2p_21
+
+
+# --- data -----------------------------------------------------------------------------------------------------------
+
+
+def lab_data() -> Iterator[tuple[str, LabData]]:
+    """Yield the name and the data of every file."""
+    for shape in (egg(), goat(), bracket(), doll()):
+        yield f"eigenfunctions-{shape.name}", surface_data(coarse_copy(shape, 2500)[0], 101)
+    yield "reconstruction-goat", surface_data(coarse_copy(goat(), 4500)[0], 500, in_bytes=True)
+    yield "heat-goat", surface_data(coarse_copy(goat(), 3000)[0], 300)
+    yield "functional-map-doll", map_data(*two_dolls(2500), 60)
+
+
+# --- stills ---------------------------------------------------------------------------------------------------------
+
+
+def still_of_eigenfunctions() -> Figure:
+    """Draw three modes of the goat."""
+    mesh, basis = basis_of(goat(), 5000, 51)
+    return plotting.plot_modes(mesh, basis, [1, 10, 50])
+
+
+def still_of_reconstruction() -> Figure:
+    """Draw the goat from few and from many modes."""
+    mesh, basis = basis_of(goat(), 5000, 500)
+    c = basis.analyze(mesh.vertices)
+    counts = (5, 50, 500)
+    partial = [TriangleMesh(basis.truncate(k).synthesize(c[:k]), mesh.faces, "goat") for k in counts]
+    return plotting.plot_surfaces(partial, titles=[f"{k} modes" for k in counts])
+
+
+def still_of_heat() -> Figure:
+    """Draw a drop of heat on the goat at three times."""
+    mesh, basis = basis_of(goat(), 5000, 300)
+    drop = point_source(basis.M, int(mesh.vertices[:, 0].argmax()))
+    later = np.column_stack([heat(basis, drop, t) for t in (0.003, 0.03, 0.3)])
+    later /= later.max(axis=0)
+    titles = ["soon", "later", "much later"]
+    return plotting.plot_surfaces(mesh, later, titles=titles, kind="positive", limits=(0.0, 1.0))
+
+
+def still_of_fourier() -> Figure:
+    """Draw a square wave from few waves, and its amplitudes."""
+    f = np.where(np.arange(128) < 64, 0.8, -0.8)
+    a, b = dft_by_fft(f)
+    low = np.minimum(np.arange(128), 128 - np.arange(128)) <= 9
+    figure, (left, right) = plt.subplots(1, 2, figsize=(8.0, 2.6))
+    left.plot(f, color="0.7")
+    left.plot(synthesize_series(a * low, b * low))
+    left.set(xlabel="sample n", ylabel="f")
+    right.bar(np.arange(65), np.hypot(*half_coefficients(a, b)))
+    right.set(xlabel="frequency k", ylabel="amplitude")
+    return figure
+
+
+def still_of_functional_map() -> Figure:
+    """Draw a bump on one pose and its image on the other, carried by 30 modes."""
+    one, two, p2p_21 = two_dolls(5000)
+    basis_1, basis_2 = (compute_eigenbasis(*cotan_laplacian(in_unit_area(mesh)), 30) for mesh in (one, two))
+    c = basis_1.evecs[int(one.vertices[:, 0].argmax())]
+    C_12 = basis_2.analyze(basis_1.evecs[p2p_21])
+    return plotting.plot_surfaces([one, two], [basis_1.synthesize(c), basis_2.synthesize(C_12 @ c)])
+
+
+STILLS: dict[str, Callable[[], Figure]] = {
+    "eigenfunctions": still_of_eigenfunctions,
+    "reconstruction": still_of_reconstruction,
+    "heat": still_of_heat,
+    "fourier": still_of_fourier,
+    "functional-map": still_of_functional_map,
+}
+
+
+# --- files ----------------------------------------------------------------------------------------------------------
+
+
+def write_labs(target: Path, root: Path = ROOT) -> None:
+    """Write data and stills below `target`, unless they are those of the library as it is."""
+    record = target.parent / "labs.digest"
+    digest = hashlib.sha256(notebooks.surroundings_digest(root).encode() + Path(__file__).read_bytes()).hexdigest()
+    if record.exists() and record.read_text(encoding="utf-8") == digest:
+        return
+    sys.stderr.write("labs: computing their data and pictures\n")
+    for name, data in lab_data():
+        notebooks.write(target / "labs" / "data" / f"{name}.js", data.script(f"labs/data/{name}"))
+    plotting.use_house_style()
+    for name, draw in STILLS.items():
+        path = target / "labs" / "stills" / f"{name}.png"
+        path.parent.mkdir(parents=True, exist_ok=True)
+        figure = draw()
+        figure.savefig(path, dpi=STILL_DPI, metadata={"Software": None})
+        plt.close(figure)
+    notebooks.write(record, digest)
+
+
+def main(arguments: list[str] | None = None) -> int:
+    """Run the command line and return its exit status."""
+    parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
+    parser.add_argument("target", type=Path, help="the folder of generated files")
+    write_labs(parser.parse_args(arguments).target)
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
