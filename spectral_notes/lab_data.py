@@ -21,7 +21,7 @@ import scipy.sparse as sp
 from numpy.typing import NDArray
 
 from spectral_notes._checks import FloatArray, as_choice, as_count
-from spectral_notes.eigenbasis import Eigenbasis, compute_eigenbasis
+from spectral_notes.eigenbasis import compute_eigenbasis
 from spectral_notes.laplacians import cotan_laplacian
 from spectral_notes.meshes import TriangleMesh, face_areas
 from spectral_notes.rendering import SurfaceView
@@ -122,9 +122,9 @@ def unpack_array(packed: Packed) -> NDArray[Any]:
 def coarse_copy(mesh: TriangleMesh, n: int) -> tuple[TriangleMesh, sp.csr_array]:
     """Return a copy of about n vertices, and the matrix P that carries functions and poses of the mesh over to it.
 
-    The shortest edges collapse first, which keeps triangles even. Each new vertex is then a point of a face of the mesh,
-    with barycentric coordinates in one row of P: the copy of another pose has the vertices ``P @ pose.vertices``. A mesh
-    that is small enough is its own copy.
+    The shortest edges collapse first, which keeps triangles even. Each new vertex is then a point of a face of the
+    mesh, with barycentric coordinates in one row of P: the copy of another pose has the vertices ``P @ pose.vertices``.
+    A mesh that is small enough is its own copy.
 
     Parameters
     ----------
@@ -199,8 +199,8 @@ def surface_data(mesh: TriangleMesh, k: int, *, in_bytes: bool = False) -> LabDa
     """Return a surface with its first k modes, in unit area.
 
     Facts: name, n, k, and the camera. Arrays: vertices (3, n), faces (m, 3), mass (n,), evals (k,), coefficients (3, k)
-    of the three coordinates, and the modes, mode after mode: evecs (k, n) in half precision; or, in bytes, evecs for the
-    first 40 and for the rest evecs_in_bytes (k - 40, n) with steps (k - 40,).
+    of the three coordinates, and the modes, mode after mode: evecs (k, n) in half precision; or, in bytes, evecs for
+    the first 40 and for the rest evecs_in_bytes (k - 40, n) with steps (k - 40,).
 
     Parameters
     ----------
@@ -231,9 +231,31 @@ def surface_data(mesh: TriangleMesh, k: int, *, in_bytes: bool = False) -> LabDa
         "evals": basis.evals.astype(np.float32),
         "coefficients": basis.analyze(mesh.vertices).T.astype(np.float32),
     }
-    direction, up = SurfaceView(mesh).view_direction
-    facts = {"name": mesh.name, "n": mesh.n_vertices, "k": k, "eye": list(direction), "up": list(up)}
+    facts = {"n": mesh.n_vertices, "k": k} | viewpoint(mesh)
     return LabData(facts, arrays | quantise(basis.evecs, HALF_MODES if in_bytes else k))
+
+
+def viewpoint(mesh: TriangleMesh) -> dict[str, Any]:
+    """Return the name of a mesh and where its stills are seen from, as facts of a lab.
+
+    Parameters
+    ----------
+    mesh : TriangleMesh
+        The mesh.
+
+    Returns
+    -------
+    dict
+        name, eye and up.
+
+    Examples
+    --------
+    >>> from spectral_notes.shapes import egg
+    >>> viewpoint(egg(1))["up"]
+    [0.0, 0.0, 1.0]
+    """
+    eye, up = SurfaceView(mesh).view_direction
+    return {"name": mesh.name, "eye": list(eye), "up": list(up)}
 
 
 def quantise(evecs: FloatArray, n_half: int) -> dict[str, NDArray[Any]]:

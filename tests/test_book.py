@@ -30,6 +30,7 @@ NAMED_PAGES = {
     "book/08_eigenfunctions",
     "book/09_heat_waves_descriptors",
     "book/10_compression",
+    "book/labs",
     "book/conventions",
     "book/large_meshes",
     "book/bibliography",

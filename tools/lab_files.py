@@ -2,8 +2,8 @@
 
     python tools/lab_files.py _build/static
 
-Data go to labs/data/NAME.js and pictures to labs/stills/NAME.png below the folder. Nothing is computed while the library
-and the pins are what they were: the digest beside the folder says so.
+Data go to labs/data/NAME.js and pictures to labs/stills/NAME.png below the folder. Nothing is computed while the
+library and the pins are what they were: the digest beside the folder says so.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ from spectral_notes.diffusion import heat, point_source
 from spectral_notes.eigenbasis import Eigenbasis, compute_eigenbasis
 from spectral_notes.fourier import dft_by_fft, half_coefficients, synthesize_series
 from spectral_notes.lab_data import LabData, coarse_copy, in_unit_area, surface_data
-from spectral_notes.lab_recipes import map_data
+from spectral_notes.lab_recipes import map_data, parts_data
 from spectral_notes.laplacians import cotan_laplacian
 from spectral_notes.meshes import TriangleMesh
 from spectral_notes.shapes import bracket, doll, doll_correspondence, egg, goat
@@ -51,6 +51,13 @@ def two_dolls(n: int) -> tuple[TriangleMesh, TriangleMesh, np.ndarray]:
     return arms_down, walking, p2p_21
 
 
+def dolls_in_poses(n: int) -> list[TriangleMesh]:
+    """Return the doll in every pose with the same few triangles."""
+    coarse, P = coarse_copy(doll(), n)
+    poses = ("rest", "arms_down", "walk", "wave")
+    return [TriangleMesh(P @ doll(pose).vertices, coarse.faces, f"doll_{pose}") for pose in poses]
+
+
 # --- data -----------------------------------------------------------------------------------------------------------
 
 
@@ -61,6 +68,7 @@ def lab_data() -> Iterator[tuple[str, LabData]]:
     yield "reconstruction-goat", surface_data(coarse_copy(goat(), 4500)[0], 500, in_bytes=True)
     yield "heat-goat", surface_data(coarse_copy(goat(), 3000)[0], 300)
     yield "functional-map-doll", map_data(*two_dolls(2500), 60)
+    yield "clusters-doll", parts_data(dolls_in_poses(5000), range(2, 13))
 
 
 # --- stills ---------------------------------------------------------------------------------------------------------
@@ -114,12 +122,20 @@ def still_of_functional_map() -> Figure:
     return plotting.plot_surfaces([one, two], [basis_1.synthesize(c), basis_2.synthesize(C_12 @ c)])
 
 
+def still_of_clusters() -> Figure:
+    """Draw the same seven parts in three poses."""
+    poses = dolls_in_poses(5000)[1:]
+    labels = parts_data(poses, [7]).arrays["labels"][:, 0]
+    return plotting.plot_surfaces(poses, list(labels.astype(float)), kind="labels")
+
+
 STILLS: dict[str, Callable[[], Figure]] = {
     "eigenfunctions": still_of_eigenfunctions,
     "reconstruction": still_of_reconstruction,
     "heat": still_of_heat,
     "fourier": still_of_fourier,
     "functional-map": still_of_functional_map,
+    "clusters": still_of_clusters,
 }
 
 

@@ -15,19 +15,20 @@
   async function start(lab, [file], load) {
     const { n, poses, counts, faces, vertices, labels, name, eye, up } = await load(file);
     const shapes = poses.map((_, pose) => [0, 1, 2].map((d) => vertices.subarray((3 * pose + d) * n, (3 * pose + d + 1) * n)));
+    const names = poses.map((pose) => pose.replaceAll("_", " "));
     const labelsOf = (pose, count) => {
       const at = (pose * counts.length + counts.indexOf(count)) * n;
       return labels.subarray(at, at + n);
     };
 
     const number = lab.slider("Parts", { min: counts[0], max: counts.at(-1), value: Math.min(7, counts.at(-1)) }, () => update());
-    const pose = lab.choice("Pose", poses, () => update());
+    const pose = lab.choice("Pose", names, () => update());
     lab.button("Next pose", () => {
       pose.selectedIndex = (pose.selectedIndex + 1) % poses.length;
       update();
     });
     const parts = lab.number("Parts");
-    const agreement = lab.number(`Agreement with ${poses[0]} (adjusted Rand index)`);
+    const agreement = lab.number(`Agreement with ${names[0]} (adjusted Rand index)`);
     const smallest = lab.number("Smallest part, % of the vertices");
     const scene = new notes.Scene(lab, `The ${name}, one colour for each part`, shapes.map((coordinates) => ({ coordinates, faces })), { eye, up });
 
@@ -64,11 +65,11 @@
       ],
       [
         "Slide from the smallest number of parts to the largest. Which part splits next?",
-        "Limbs part from the trunk before any limb is cut: in the embedding, distance grows through narrow necks.",
+        "From seven on, most of the body keeps its colours at each step: one part splits, and the cuts between the others hold.",
       ],
       [
         "Look for numbers of parts at which the agreement falls below 0.9.",
-        "Where a cut could as well lie a little higher, small changes decide. A number that agrees in all poses is a better choice.",
+        "Two parts can be had in several ways that cost nearly the same, so a pose decides; the wave breaks nine, ten and twelve. A number on which all poses agree is a better choice.",
       ],
     ],
     start,

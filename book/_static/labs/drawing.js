@@ -42,7 +42,7 @@
       this.lines = { ...marks, mode: "lines", line: { color: "#000", width: 4 } };
       this.dots = { ...marks, mode: "markers", marker: { color: "#111", size: 6 } };
       const length = Math.hypot(...eye);
-      this.eye = eye.map((value) => (1.8 * value) / length);
+      this.eye = eye.map((value) => (2.05 * value) / length);
       this.up = up;
       this.layout = {
         margin: { l: 0, r: 0, t: 0, b: 0 }, paper_bgcolor: "rgba(0,0,0,0)", showlegend: false, uirevision: "one", autosize: true,
