@@ -167,7 +167,7 @@ def slip(answer: Any, expected: Any, sizes: dict[float, str] | None = None) -> s
     ratio = complex(answer[top] / expected[top])
     if near(-answer):
         return " Is its sign turned?"
-    if abs(ratio) > 0 and near(answer / ratio):
+    if abs(ratio - 1) > 2e-3 and abs(ratio) > 0 and near(answer / ratio):
         for factor, words in (FACTORS | (sizes or {})).items():
             if min(abs(abs(ratio) / factor - 1), abs(abs(ratio) * factor - 1)) < 2e-3:
                 return f" It is off by {words} everywhere." if expected.size > 1 else f" Is it {words}?"

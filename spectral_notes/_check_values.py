@@ -59,7 +59,7 @@ def check_number(
 @judged
 def check_values(
     answer: object, expected: ArrayLike | str, *, within: float = 1e-5, law: str = "", either_sign: bool = False,
-    free_scale: bool = False,
+    free_scale: bool = False, through: ArrayLike | None = None,
 ) -> Verdict:  # fmt: skip
     """Judge an array of numbers, entry by entry.
 
@@ -75,6 +75,8 @@ def check_values(
         The law that gives the values.
     either_sign, free_scale : bool
         Accept the negative as well; accept any multiple but zero.
+    through : (m, n) array, optional
+        Only what this matrix makes of the answer counts; if it makes zero of the right one, zero itself is refused.
 
     Returns
     -------
@@ -90,6 +92,12 @@ def check_values(
     value = np.asarray(unseal(expected)) * 1  # truth values count as 0 and 1
     given = read_array(answer, "the answer", value.shape, real=not np.iscomplexobj(value))
     law = law or "every value follows from the definition"
+    unit = abs(value).max(initial=0.0) or 1.0
+    if through is not None:
+        matrix = np.asarray(through)
+        demand(given.any() or (matrix @ value).any(), law, "It is zero, which every matrix maps to zero.")
+        unit = (abs(matrix) @ abs(given)).max()
+        given, value = matrix @ given, matrix @ value
     compared = given
     if free_scale and abs(given).max(initial=0.0) > 0:
         compared = given * (np.vdot(given, value) / np.vdot(given, given))
@@ -97,8 +105,10 @@ def check_values(
         compared = -given
     difference = compared - value
     size = abs(difference).max(initial=0.0)
-    if size <= within * (abs(value).max(initial=0.0) or 1.0):
+    if size <= within * unit:
         return right("Every value is right.", law)
+    if through is not None:
+        return wrong(law, f"What the matrix makes of it differs by {size:.3g} at {place_of(difference)}.")
     return wrong(law, f"It differs by {size:.3g} at {place_of(difference)}.{slip(given, value)}")
 
 

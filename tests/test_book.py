@@ -92,13 +92,11 @@ def test_every_solution_is_folded_and_discussed(path: Path) -> None:
     assert len(re.findall(r"\{solution-end\}", text(path))) == len(starts)
 
 
-CHECKED = ("08",)  # chapters whose exercises carry checks
-WITH_CHECKS = [path for path in CHAPTERS if path.name[:2] in CHECKED]
-
-
-@pytest.mark.parametrize("path", WITH_CHECKS, ids=[path.stem for path in WITH_CHECKS])
+@in_chapter
 def test_every_exercise_has_a_check_and_every_solution_passes_it(path: Path) -> None:
     nb = notebooks.read(path)
+    if path.name[:2] > "10" and not any("answer" in exercises.tags(cell) for cell in nb.cells):
+        pytest.skip("none of its exercises has a check yet")
     assert len(exercises.exercises(nb)) >= 6
     assert exercises.faults(nb) == []
 

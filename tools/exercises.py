@@ -89,9 +89,10 @@ def names_set(source: str) -> set[str]:
 
 
 def names_used(source: str) -> set[str]:
-    """Return the names that a cell reads."""
-    loaded = (node for node in ast.walk(ast.parse(source)) if isinstance(node, ast.Name))
-    return {node.id for node in loaded if isinstance(node.ctx, ast.Load)}
+    """Return the names that a cell reads, without the arguments of its functions."""
+    nodes = list(ast.walk(ast.parse(source)))
+    loaded = {node.id for node in nodes if isinstance(node, ast.Name) and isinstance(node.ctx, ast.Load)}
+    return loaded - {node.arg for node in nodes if isinstance(node, ast.arg)}
 
 
 def answer_names(exercise: Exercise) -> set[str]:
