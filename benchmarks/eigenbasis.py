@@ -130,9 +130,9 @@ METHODS: dict[
 ALL, MAIN = list(METHODS), ["engine", "engine, SciPy only", "classic listing", "LaPy, cholespy, lumped", "pyFM"]
 CELLS: list[tuple[str, int, int, list[str], int, int]] = [  # shape, n, k, methods, threads, repeats
     ("blob", 10_000, 200, ALL, 1, 3),
-    ("goat", 14_000, 100, MAIN, 1, 3),
-    ("patch", 10_000, 100, MAIN, 1, 3),
-    ("blob", 10_000, 200, ["engine", "classic listing"], 2, 3),
+    ("goat", 14_000, 100, ALL, 1, 3),
+    ("patch", 10_000, 100, ALL, 1, 3),
+    ("blob", 10_000, 200, MAIN, 2, 3),
     ("blob", 10_000, 100, ["engine"], 1, 3),
     ("blob", 30_000, 100, ["engine"], 1, 3),
     ("blob", 100_000, 100, MAIN, 1, 3),

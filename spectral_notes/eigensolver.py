@@ -1,8 +1,9 @@
 """From (L, M) and k to the smallest eigenpairs: which method, at what cost, and how good the result is.
 
 The wanted end of the spectrum is turned into the largest eigenvalues of (L + s M)^-1, which block Lanczos finds in a
-few dozen steps. The shift s is a tenth of the mean distance of a surface's eigenvalues, 4 pi / area by Weyl's law:
-small beside every eigenvalue but zero, whatever the units, and large enough to make L + s M positive definite.
+few dozen steps. The shift s is a tenth of the largest wanted eigenvalue, 4 pi k / area by Weyl's law. It makes L + s M
+positive definite in any unit, is small beside the eigenvalues that converge last, and keeps the wanted eigenvalues of
+the inverse within a factor of eleven: the larger that factor, the sooner block Lanczos loses orthogonality.
 """
 
 from __future__ import annotations
@@ -19,12 +20,13 @@ from scipy.linalg.blas import dtrsm
 
 from spectral_notes._checks import FloatArray
 from spectral_notes.factorization import Solve, count_below, factorize
-from spectral_notes.lanczos import Watch, block_lanczos
+from spectral_notes.lanczos import Watch, block_lanczos, gram
 from spectral_notes.slicing import slice_spectrum
 
 DENSE_BELOW = 400  # samples below which LAPACK's dense solver is faster
 DENSE_SHARE = 4  # so it is when more than one mode in four is wanted
 EPS = float(np.finfo(np.float64).eps)
+SHIFT = 0.1  # of the largest wanted eigenvalue
 
 
 @dataclass(frozen=True, eq=False)
@@ -112,7 +114,7 @@ def memory_needed(n: int, k: int, zero: int = 1) -> float:
     >>> memory_needed(1_000_000, 100) / 1e9
     3.024
     """
-    block = _block_size(n, k)
+    block = _block_size(k)
     return 8.0 * n * (zero + 3 * max(k - zero, 0) + 20 * block)
 
 
@@ -132,7 +134,7 @@ def measure(
         If a residual is larger than asked for and than rounding explains.
     """
     evals, errors = _residuals(problem, L, M, evecs)
-    if again is not None and errors.max() > 2 * tol * evals.max():
+    if again is not None and errors.max() > tol * evals.max():
         _solve_again(problem, evecs, again)
         evals, errors = _residuals(problem, L, M, evecs)
     rounding = 100 * EPS * float((L.diagonal() / M.diagonal()).max())
@@ -171,10 +173,8 @@ def _solve_again(problem: Problem, evecs: FloatArray, again: Solve) -> None:
     c = problem.zero.shape[1]
     Y = evecs[:, c:] / problem.scale
     Y = np.asfortranarray(again(Y if problem.B is None else np.asarray(problem.B @ Y)))
-    BY = Y if problem.B is None else np.asarray(problem.B @ Y)
-    Y -= problem.zero @ (problem.zero.T @ BY)
-    BY = Y if problem.B is None else np.asarray(problem.B @ Y)
-    R = scipy.linalg.cholesky(Y.T @ BY)
+    Y -= problem.zero @ (problem.zero.T @ (Y if problem.B is None else np.asarray(problem.B @ Y)))
+    R = scipy.linalg.cholesky(gram(Y, problem.B))
     evecs[:, c:] = dtrsm(1.0, R, Y, side=1, overwrite_b=1) * problem.scale
 
 
@@ -228,29 +228,30 @@ def _iterate(
     """The modes by block Lanczos on one factor, and that factor.
 
     Two guesses are tested on the result. The block must be wider than any eigenvalue is multiple, or copies are missed.
-    The shift must be smaller than the wanted eigenvalues, which Weyl's law promises on surfaces and not on curves.
+    The shift must be small beside the largest wanted eigenvalue, as Weyl's law promises on surfaces and not on curves.
     """
     n, c = problem.zero.shape
-    shift, solver = 0.1 * problem.spacing, None
-    block = _block_size(n, k)
+    shift, solver = SHIFT * k * problem.spacing, None
+    block = _block_size(k)
     while True:
         solver = solver or factorize(problem.shifted(shift), factor=factor)
         values, vectors = block_lanczos(
             solver, problem.zero, np.full(c, 1.0 / shift), k - c, M=problem.B,
             capacity=min(c + 6 * (k - c) + 10 * block, n - block), block=block, tol=tol, seed=seed, watch=watch,
+            enough=0.5 / shift,
         )  # fmt: skip
         largest = 1.0 / float(values[-1]) - shift
         if EPS * float(problem.A.diagonal().max()) < largest < shift:
-            shift, solver = largest / 100, None
+            shift, solver = SHIFT * largest, None
         elif block < k and _widest_cluster(values, 100 * tol) >= block:
             block *= 2
         else:
             return vectors, solver
 
 
-def _block_size(n: int, k: int) -> int:
-    """Columns a step: wide blocks multiply faster, narrow ones converge in fewer solves, which large n makes dear."""
-    return 4 if n > 30_000 and k < 300 else 8
+def _block_size(k: int) -> int:
+    """Columns a step: wide blocks multiply faster, narrow ones converge in fewer solves."""
+    return 4 if k < 300 else 8
 
 
 def _widest_cluster(values: FloatArray, tol: float) -> int:
@@ -271,7 +272,7 @@ def _dense(problem: Problem, k: int) -> FloatArray:
     Y[:, :c] = Z
     MY = Y if B is None else B @ Y
     Y[:, c:] -= Z @ (MY[:, :c].T @ Y[:, c:])
-    R = scipy.linalg.cholesky(Y.T @ (Y if B is None else B @ Y))
+    R = scipy.linalg.cholesky(gram(Y, problem.B))
     return np.asarray(scipy.linalg.solve_triangular(R, Y.T, trans="T").T)
 
 

@@ -2,15 +2,19 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 import numpy as np
 import pytest
 import scipy.linalg
 import scipy.sparse as sp
 
 from spectral_notes import lanczos
+from spectral_notes.eigenbasis import compute_eigenbasis
 from spectral_notes.factorization import count_below, factorize, symmetric_lu, trustworthy
+from spectral_notes.graphs import ring_graph
 from spectral_notes.lanczos import block_lanczos
-from spectral_notes.laplacians import cotan_laplacian, interval_laplacian
+from spectral_notes.laplacians import cotan_laplacian, graph_laplacian, interval_laplacian
 from spectral_notes.shapes import sphere
 from spectral_notes.slicing import slice_spectrum
 
@@ -208,3 +212,41 @@ def test_a_band_that_stays_incomplete_raises(pair: Pair, monkeypatch: pytest.Mon
 def test_loose_tolerance_costs_accuracy_and_not_orthonormality(pair: Pair) -> None:
     _, X = block_lanczos(inverse(pair), *empty(642), 30, capacity=300, M=pair[1], tol=1e-2)
     assert abs(X.T @ (pair[1] @ X) - np.eye(30)).max() < 1e-13
+
+
+def test_a_search_ends_when_the_caller_has_seen_enough(pair: Pair) -> None:
+    solve, columns = inverse(pair), []
+
+    def counted(B: np.ndarray) -> np.ndarray:
+        columns.append(B.shape[1])
+        return solve(B)
+
+    values, _ = block_lanczos(counted, *empty(642), 30, capacity=300, M=pair[1])
+    through = sum(columns)
+    columns.clear()
+    early, X = block_lanczos(counted, *empty(642), 30, capacity=300, M=pair[1], enough=values[-1] / 2)
+    assert sum(columns) < through
+    assert values[-1] / 2 < early[-1] < values[-1]
+    assert abs(X.T @ (pair[1] @ X) - np.eye(30)).max() < 1e-12
+
+
+def test_a_shift_too_large_for_a_curve_costs_few_solves(monkeypatch: pytest.MonkeyPatch) -> None:
+    from spectral_notes import eigensolver
+
+    solves: list[int] = []
+
+    def counted(operator: Callable[..., np.ndarray], *args: object, **options: object) -> object:
+        solves.append(0)
+
+        def op(B: np.ndarray) -> np.ndarray:
+            solves[-1] += B.shape[1]
+            return operator(B)
+
+        return block_lanczos(op, *args, **options)
+
+    monkeypatch.setattr(eigensolver, "block_lanczos", counted)
+    n, k = 20_000, 9
+    basis = compute_eigenbasis(*graph_laplacian(ring_graph(n)), k)
+    assert basis.evals[-1] == pytest.approx(2 - 2 * np.cos(2 * np.pi * 4 / n), rel=1e-6)
+    assert len(solves) > 1
+    assert max(solves[:-1]) <= 4 * k
