@@ -29,7 +29,7 @@ TOOLS := $(wildcard tools/*.py)
 TESTS := $(shell find tests -type f -name '*.py') $(wildcard benchmarks/*.py)
 
 # The peers of the benchmarks (lapy, pyfmaps, cholespy) are left out where they are not installed.
-.PHONY: help book test lint browser notebooks serve lab bench fuzz pins clean distclean
+.PHONY: help book test lint browser notebooks serve lab bench fuzz matrix wheel pins clean distclean
 
 help:  ## list the targets
 	@awk -F ':.*## ' '/^[a-z]+:.*## / {printf "  make %-10s %s\n", $$1, $$2}' $(MAKEFILE_LIST)
@@ -55,6 +55,13 @@ fuzz: $(READY)  ## fuzz the decoder and the mesh readers (Linux; FUZZ_SECONDS=30
 	@$(PY) -c 'import atheris' 2>/dev/null || $(INSTALL) -e '.[fuzz]'
 	$(PY) tools/fuzz.py decode --seconds $(FUZZ_SECONDS)
 	$(PY) tools/fuzz.py meshes --seconds $(FUZZ_SECONDS)
+
+matrix: $(READY)  ## the oldest and newest NumPy and SciPy, one and two BLAS threads (MATRIX="--only oldest-2 book/NAME.ipynb")
+	$(PY) tools/matrix.py $(MATRIX)
+
+wheel: $(READY)  ## build the wheel, install it in an empty environment, and use it there
+	@command -v uv >/dev/null || $(PY) -c 'import build' 2>/dev/null || $(INSTALL) build
+	$(PY) tools/wheel.py
 
 pins: $(READY)  ## compile requirements.txt anew from pyproject.toml
 	$(PY) tools/pins.py

@@ -2,6 +2,9 @@
 
     python tools/build_book.py
 
+Where the variables BOOK_REPOSITORY_URL, BOOK_REPOSITORY_BRANCH and BOOK_URL are set, as by the workflow that publishes
+the book, its pages link to their sources and to services that run them; these are links, so no page asks for anything.
+
 The notebooks of `book/` hold no images, so the pages are rendered from a staged copy, `_build/source`, in which each
 notebook is replaced by its executed twin. What is generated for the pages to load on request (Plotly.js, data) is
 written into `_build/static` and staged as `book/_static`. The rendered book is `_build/html`.
@@ -10,11 +13,15 @@ written into `_build/static` and staged as `book/_static`. The rendered book is 
 from __future__ import annotations
 
 import argparse
+import copy
 import filecmp
+import os
 import shutil
 import subprocess
 import sys
+from collections.abc import Mapping
 from pathlib import Path
+from typing import Any
 
 import check_book
 import exercises
@@ -25,6 +32,7 @@ import yaml
 
 ROOT = Path(__file__).resolve().parents[1]
 STAGED = ("_toc.yml", "book", "tools/offline_mathjax.py")
+LAUNCH_SERVICES = {"binderhub_url": "https://mybinder.org", "colab_url": "https://colab.research.google.com"}
 SKIPPED_PARTS = ("__pycache__", ".ipynb_checkpoints")
 
 
@@ -32,7 +40,22 @@ def staged_config(root: Path) -> str:
     """Return the configuration of the book with execution off: the staged notebooks are executed already."""
     config = yaml.safe_load((root / "_config.yml").read_text(encoding="utf-8"))
     config["execute"] = {"execute_notebooks": "off", "stderr_output": "error"}
+    config = with_repository(config, os.environ)
     return yaml.safe_dump(config, sort_keys=False)
+
+
+def with_repository(config: dict[str, Any], environment: Mapping[str, str]) -> dict[str, Any]:
+    """Return the configuration with links to the repository and to launch services, where its address is known."""
+    config = copy.deepcopy(config)
+    if address := environment.get("BOOK_URL"):
+        config["html"]["baseurl"] = address
+    if url := environment.get("BOOK_REPOSITORY_URL", "").rstrip("/"):
+        branch = environment.get("BOOK_REPOSITORY_BRANCH") or "main"
+        config["repository"] = {"url": url, "branch": branch, "path_to_book": ""}
+        config["html"] |= dict.fromkeys(("use_repository_button", "use_issues_button", "use_edit_page_button"), True)
+        if url.startswith("https://github.com/"):
+            config["launch_buttons"] |= LAUNCH_SERVICES
+    return config
 
 
 def twins(executed: Path, target: Path) -> None:
@@ -59,10 +82,10 @@ def stage(root: Path, executed: Path, generated: Path, target: Path) -> None:
     for path in generated.rglob("*"):
         if path.is_file():
             wanted[target / "book" / "_static" / path.relative_to(generated)] = path
-    for copy, source in wanted.items():
-        if not copy.exists() or not filecmp.cmp(source, copy, shallow=False):
-            copy.parent.mkdir(parents=True, exist_ok=True)
-            shutil.copyfile(source, copy)
+    for twin, source in wanted.items():
+        if not twin.exists() or not filecmp.cmp(source, twin, shallow=False):
+            twin.parent.mkdir(parents=True, exist_ok=True)
+            shutil.copyfile(source, twin)
     notebooks.write(target / "_config.yml", staged_config(root))
     for stale in (p for p in target.rglob("*") if p.is_file() and p not in wanted and p != target / "_config.yml"):
         stale.unlink()
