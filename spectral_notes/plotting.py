@@ -15,6 +15,7 @@ from matplotlib.cm import ScalarMappable
 from matplotlib.colors import Normalize
 from matplotlib.figure import Figure
 
+from spectral_notes import scenes
 from spectral_notes._checks import as_count, as_floats, as_instance
 from spectral_notes.eigenbasis import Eigenbasis
 from spectral_notes.meshes import PointCloud, TriangleMesh
@@ -169,7 +170,7 @@ def plot_modes(
 
 
 def plot_views(views: Sequence[SurfaceView], *, n_columns: int | None = None, color_bar: str = "") -> Figure:
-    """Draw views in rows of still pictures, all cut to the same frame.
+    """Draw views in rows of still pictures, all cut to the same frame; in the book each can be turned (`scenes`).
 
     Parameters
     ----------
@@ -207,7 +208,7 @@ def plot_views(views: Sequence[SurfaceView], *, n_columns: int | None = None, co
     width = {1: 4.5, 2: 7.0, 3: 8.0}.get(columns, 9.0)  # inches
     images = _cut_alike([render(view, size=int(1.5 * DPI * width / columns)) for view in views])
     panel = (width / columns, width / columns * images[0].shape[0] / images[0].shape[1])
-    return _lay_out(views, images, columns, panel, color_bar)
+    return scenes.attach(_lay_out(views, images, columns, panel, color_bar), views, color_bar=color_bar)
 
 
 def _pair_up(surfaces: Any, values: Any) -> list[tuple[Any, Any]]:

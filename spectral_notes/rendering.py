@@ -234,7 +234,7 @@ def _add_surface(plotter: Any, view: SurfaceView, size: int) -> None:
     if view.values is None:
         plotter.add_mesh(data, color=PLAIN_COLOR, **style | {"ambient": 0.45, "diffuse": 0.65})
         return
-    values, on_faces = _values_to_draw(view)
+    values, on_faces = values_to_draw(view)
     (data.cell_data if on_faces else data.point_data)["values"] = values
     plotter.add_mesh(data, scalars="values", cmap=view.color_map, clim=view.color_limits, **style)
     if view.kind == "signed" and view.nodal_lines and not on_faces and not isinstance(view.surface, PointCloud):
@@ -243,7 +243,7 @@ def _add_surface(plotter: Any, view: SurfaceView, size: int) -> None:
             _add_lines(plotter, view, zero_set, max(2.0, size / 130))
 
 
-def _values_to_draw(view: SurfaceView) -> tuple[FloatArray, bool]:
+def values_to_draw(view: SurfaceView) -> tuple[FloatArray, bool]:
     """Return the values and whether they belong to faces; labels of vertices become labels of faces, by majority."""
     values = np.asarray(view.values, dtype=np.float64)
     if isinstance(view.surface, PointCloud):

@@ -12,6 +12,7 @@ import check_book
 import nbformat
 import notebooks
 import pytest
+import scene_files
 
 TOOLS = Path(notebooks.__file__).parent
 FIGURE = {
@@ -278,6 +279,39 @@ def test_staging_replaces_notebooks_by_their_executed_twins(tmp_path: Path) -> N
     assert "'off'" in (target / "_config.yml").read_text()
     assert (target / "book/_static/scenes/a.js").read_text() == "data"
     assert not (target / "book/gone.md").exists()
+
+
+def test_scenes_leave_the_page_for_files_of_their_own(tmp_path: Path) -> None:
+    scenes = [{"name": "a", "box": [0, 0, 1, 1], "scene": '{"data": [1]}'}, {"name": "<b>", "box": [0, 0, 1, 1], "scene": "{}"}]
+    data = {"image/png": "iVBORw0KGgo=", scene_files.MIME: scenes}
+    drawn = with_outputs(code(DRAW, 1, **FIGURE), nbformat.v4.new_output("display_data", data=data))
+    write_executed(tmp_path / "executed" / "00.ipynb", drawn)
+    notebooks.write(tmp_path / "static/scenes/fig-gone-0.js", "left over")
+    notebooks.write(tmp_path / "pages/gone.ipynb", "left over")
+    scene_files.write_scenes(tmp_path / "executed", tmp_path / "pages", tmp_path / "static")
+    page = notebooks.read(tmp_path / "pages/00.ipynb")
+    assert list(page.cells[0].outputs[0].data) == ["image/png"], "the page holds no data"
+    assert 'data-figure="fig-00-line"' in page.cells[1].source
+    assert "&lt;b&gt;" in page.cells[1].source
+    files = sorted((tmp_path / "static").rglob("*.js"))
+    assert [path.name for path in files] == ["fig-00-line-0.js", "fig-00-line-1.js"]
+    assert files[0].read_text() == 'spectralNotes.register("scenes/fig-00-line-0", {"data": [1]});\n'
+    assert not (tmp_path / "pages/gone.ipynb").exists()
+
+
+def write_executed(path: Path, *cells: nbformat.NotebookNode) -> None:
+    """Write a notebook with its outputs and images."""
+    nb = notebooks.normalise(nbformat.v4.new_notebook(cells=list(cells)), images=True)
+    notebooks.write(path, notebooks.to_text(nb))
+
+
+def test_figures_bring_their_scenes_into_the_book_and_not_into_stored_outputs(project: Path) -> None:
+    source = "import os\nprint(os.environ.get('SPECTRAL_NOTES_SCENES'))"
+    path = make_notebook(project / "book" / "00_tiny.ipynb", code(source, 1))
+    execute(project)
+    assert notebooks.read(project / "_build/executed/00_tiny.ipynb").cells[1].outputs[0]["text"] == "1\n"
+    assert tool("notebooks.py", "run", path).returncode == 0
+    assert notebooks.read(path).cells[1].outputs[0]["text"] == "None\n"
 
 
 # --- the rendered book ----------------------------------------------------------------------------------------------

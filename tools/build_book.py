@@ -27,6 +27,7 @@ import check_book
 import exercises
 import lab_files
 import notebooks
+import scene_files
 import viewer_files
 import yaml
 
@@ -116,7 +117,9 @@ def main(arguments: list[str] | None = None) -> int:
     if options.edition == "student":
         parent, executed, source = build / "student", build / "student" / "executed", build / "student" / "source"
         twins(build / "executed", executed)
-    stage(root, executed, build / "static", source)
+    pages = parent / "_build" / "pages"
+    scene_files.write_scenes(executed, pages, build / "static")
+    stage(root, pages, build / "static", source)
     if status := render(source, parent):
         return status
     return check_book.main([str(parent / "_build" / "html"), "--toc", str(root / "_toc.yml")])

@@ -43,6 +43,7 @@ KERNEL_ENVIRONMENT = {
     "PYDEVD_DISABLE_FILE_VALIDATION": "1",
     "MPLBACKEND": "module://matplotlib_inline.backend_inline",
 }
+BOOK_ENVIRONMENT = KERNEL_ENVIRONMENT | {"SPECTRAL_NOTES_SCENES": "1"}  # figures bring their scenes
 FORBIDDEN_CODE = {
     r"^\s*[%!]": "a shell or magic command",
     r"get_ipython": "a shell or magic command",
@@ -269,7 +270,9 @@ class Progress:
         sys.stderr.flush()
 
 
-async def execute_one(path: Path, folder: Path, step: Callable[[str], None]) -> nbformat.NotebookNode:
+async def execute_one(
+    path: Path, folder: Path, step: Callable[[str], None], environment: dict[str, str]
+) -> nbformat.NotebookNode:
     """Execute one notebook in a kernel of its own, started in `folder`; raise a NotebookError for its first fault."""
     nb = normalise(read(path))
     number = {id(cell): n for n, cell in code_cells(nb)}
@@ -290,7 +293,7 @@ async def execute_one(path: Path, folder: Path, step: Callable[[str], None]) -> 
         on_cell_executed=count,
     )
     try:
-        await client.async_execute(env={**os.environ, **KERNEL_ENVIRONMENT})
+        await client.async_execute(env={**os.environ, **environment})
     except CellExecutionError as error:
         trace = re.sub(r"\x1b\[[0-9;]*m", "", error.traceback)  # without the colours of a terminal
         raise NotebookError(f"{path.name}: cell {last} raises {error.ename}: {error.evalue}\n{trace}") from error
@@ -304,7 +307,11 @@ async def execute_one(path: Path, folder: Path, step: Callable[[str], None]) -> 
 
 
 async def execute_all(
-    paths: list[Path], jobs: int, keep: Callable[[Path, nbformat.NotebookNode], None], folder: Path | None = None
+    paths: list[Path],
+    jobs: int,
+    keep: Callable[[Path, nbformat.NotebookNode], None],
+    folder: Path | None = None,
+    environment: dict[str, str] = KERNEL_ENVIRONMENT,
 ) -> list[str]:
     """Execute notebooks, `jobs` at a time, hand each result to `keep`, and return the faults."""
     progress = Progress(sum(sum(1 for _ in code_cells(read(path))) for path in paths))
@@ -313,7 +320,7 @@ async def execute_all(
     async def one(path: Path) -> None:
         async with gate:
             try:
-                keep(path, await execute_one(path, folder or path.resolve().parent, progress.step))
+                keep(path, await execute_one(path, folder or path.resolve().parent, progress.step, environment))
                 progress.line(f"executed {path.name}")
             except NotebookError as error:
                 progress.line(f"FAILED   {path.name}")
@@ -327,7 +334,10 @@ async def execute_all(
 
 
 def surroundings_digest(root: Path) -> str:
-    """Return a digest of what every notebook depends on: the library, the pins, this tool and the Python version."""
+    """Return a digest of what every notebook depends on: the library, the pins, this tool and the Python version.
+
+    This tool names the environment of the kernels, and so whether figures bring their scenes.
+    """
     files = [p for p in (root / "spectral_notes").rglob("*") if p.is_file() and "__pycache__" not in p.parts]
     digest = hashlib.sha256(repr(sys.version_info[:2]).encode())
     for path in [*sorted(files), root / "requirements.txt", Path(__file__)]:
@@ -369,7 +379,7 @@ def execute_into(target: Path, paths: list[Path], jobs: int, root: Path) -> list
     sys.stderr.write(f"{len(paths) - len(todo)} of {len(paths)} notebooks are unchanged, {len(todo)} to execute\n")
     for stale in set(target.glob("*.ipynb")) - {target / path.name for path in paths}:
         stale.unlink()
-    return asyncio.run(execute_all(todo, jobs, keep)) if todo else []
+    return asyncio.run(execute_all(todo, jobs, keep, environment=BOOK_ENVIRONMENT)) if todo else []
 
 
 # --- command line ---------------------------------------------------------------------------------------------------
