@@ -5,7 +5,6 @@ Nothing here raises on a strange answer but `Stop`, which carries the verdict.
 
 from __future__ import annotations
 
-import functools
 from collections.abc import Callable, Sequence
 from typing import Any
 
@@ -157,31 +156,46 @@ FACTORS = {
 }
 
 
-def slip(answer: Any, expected: Any, sizes: dict[float, str] | None = None) -> str:
-    """Name the likely slip between an answer and the right one, as a question with a blank before it, or ''."""
+def slip(answer: Any, expected: Any) -> str:
+    """Name the likely slip between an answer and the right one, as a sentence with a blank before it, or ''."""
     answer, expected = np.asarray(answer), np.asarray(expected)
-    if answer.shape != expected.shape or not abs(expected).max(initial=0.0):
+    if answer.shape != expected.shape or not expected.any() or _near(answer, expected):
         return ""
-    near = functools.partial(_near, expected=expected)
-    top = np.unravel_index(int(np.argmax(abs(expected))), expected.shape)
-    ratio = complex(answer[top] / expected[top])
-    if near(-answer):
+    if _near(-answer, expected):
         return " Is its sign turned?"
-    if abs(ratio - 1) > 2e-3 and abs(ratio) > 0 and near(answer / ratio):
-        for factor, words in (FACTORS | (sizes or {})).items():
-            if min(abs(abs(ratio) / factor - 1), abs(abs(ratio) * factor - 1)) < 2e-3:
-                return f" It is off by {words} everywhere." if expected.size > 1 else f" Is it {words}?"
-        return f" It is a multiple of what the law asks, {abs(ratio):.3g} times." if expected.size > 1 else ""
-    if expected.ndim == 1 and expected.size > 2:
-        for words, moved in (("shifted by one", np.roll(answer, 1)), ("shifted by one", np.roll(answer, -1)),
-                             ("in reverse order", answer[::-1]), ("in another order", np.sort(answer))):  # fmt: skip
-            if near(moved) or (words == "in another order" and _near(moved, np.sort(expected))):
-                return f" Is it {words}?"
-    for words, turned in (("the square root missing", np.sqrt(abs(answer))), ("a square missing", answer**2),
-                          ("the reciprocal", 1 / np.where(answer == 0, np.inf, answer))):  # fmt: skip
-        if near(turned) and not near(answer):
-            return f" Is it {words}?"
-    return ""
+    return _slip_of_scale(answer, expected) or _slip_of_order(answer, expected) or _slip_of_power(answer, expected)
+
+
+def _slip_of_scale(answer: Any, expected: Any) -> str:
+    """Name the factor between two arrays, if it is one."""
+    top = np.unravel_index(int(np.argmax(abs(expected))), expected.shape)
+    ratio = abs(answer[top] / expected[top])
+    if not ratio > 0 or not _near(answer * (expected[top] / answer[top]), expected):
+        return ""
+    known = [words for factor, words in FACTORS.items() if min(abs(ratio / factor - 1), abs(ratio * factor - 1)) < 2e-3]
+    if expected.size == 1:
+        return f" Is it {known[0]}?" if known else ""
+    return f" Everywhere the same slip: {known[0] if known else f'a factor of {ratio:.3g}'}."
+
+
+def _slip_of_order(answer: Any, expected: Any) -> str:
+    """Say whether the right values stand in a wrong order."""
+    if expected.ndim != 1:
+        return ""
+    if _near(answer[::-1], expected):
+        return " Is it in reverse order?"
+    if _near(np.roll(answer, 1), expected) or _near(np.roll(answer, -1), expected):
+        return " Is it shifted by one?"
+    return " Is it in another order?" if _near(np.sort(answer), np.sort(expected)) else ""
+
+
+def _slip_of_power(answer: Any, expected: Any) -> str:
+    """Say whether a square, a root or a reciprocal was forgotten."""
+    if _near(np.sqrt(abs(answer)), expected):
+        return " Is a square root missing?"
+    if _near(answer**2, expected):
+        return " Is a square missing?"
+    return " Is it the reciprocal?" if _near(1 / np.where(answer == 0, np.inf, answer), expected) else ""
 
 
 def _near(moved: Any, expected: Any) -> bool:

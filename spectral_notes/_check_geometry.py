@@ -83,7 +83,7 @@ def check_curvature(answer: object, mesh: TriangleMesh, *, kind: str = "defect")
     --------
     >>> from spectral_notes.shapes import sphere
     >>> print(check_curvature(np.degrees(angle_defects(sphere(1))), sphere(1)))
-    Not right. It sums to 720, where 2 pi chi is 12.57. It is off by degrees taken for radians everywhere.
+    Not right. It sums to 720, where 2 pi chi is 12.57. Everywhere the same slip: degrees taken for radians.
     The law: the angle defects sum to 2 pi chi (Gauss and Bonnet).
     """
     as_choice("kind", kind, ("defect", "gaussian", "mean"))

@@ -141,7 +141,7 @@ def check_function(
     --------
     >>> sides = np.array([1.0, 2.0, 5.0])
     >>> print(check_function(lambda x: x, np.square, [(sides,)], law="the area of a square is its side squared"))
-    Not right. For test input 1 of 1, it differs by 20 at index 2. Is it a square missing?
+    Not right. For test input 1 of 1, it differs by 20 at index 2. Is a square missing?
     The law: the area of a square is its side squared.
     """
     if not callable(answer):
