@@ -8,9 +8,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from spectral_notes._checks import as_count, as_indices
+from spectral_notes._checks import as_count
 from spectral_notes.clustering import match_labels, spectral_clusters, spectral_embedding
 from spectral_notes.eigenbasis import compute_eigenbasis
+from spectral_notes.functional_maps import as_point_map, functional_map
 from spectral_notes.lab_data import LabData, in_unit_area, surface_data, viewpoint
 from spectral_notes.laplacians import cotan_laplacian
 from spectral_notes.meshes import TriangleMesh
@@ -48,9 +49,9 @@ def map_data(mesh_1: TriangleMesh, mesh_2: TriangleMesh, p2p_21: ArrayLike, k: i
     >>> bool(abs(data.arrays["C_12"] - np.eye(4)).max() < 1e-6)  # nothing moves: the identity
     True
     """
-    p2p_21 = as_indices("p2p_21", p2p_21, (mesh_2.n_vertices,), mesh_1.n_vertices)
+    p2p_21 = as_point_map(p2p_21, mesh_1.n_vertices, mesh_2.n_vertices)
     basis_1, basis_2 = (compute_eigenbasis(*cotan_laplacian(in_unit_area(mesh)), k) for mesh in (mesh_1, mesh_2))
-    C_12 = basis_2.analyze(basis_1.evecs[p2p_21])
+    C_12 = functional_map(basis_1, basis_2, p2p_21)
     facts: dict[str, Any] = {}
     arrays: dict[str, NDArray[Any]] = {"C_12": C_12.astype(np.float32), "p2p_21": p2p_21.astype(np.uint16)}
     for side, mesh in (("_1", mesh_1), ("_2", mesh_2)):

@@ -21,6 +21,7 @@ import numpy as np
 from spectral_notes._checks import as_count
 from spectral_notes._scene_meshes import is_faceted, lighten
 from spectral_notes._scene_traces import TOP, Frame, all_points, frame_of, traces_of
+from spectral_notes.labs import lab as lab  # scenes.lab(...): the labs of the book on meshes of one's own
 from spectral_notes.meshes import TriangleMesh
 from spectral_notes.rendering import SurfaceView
 

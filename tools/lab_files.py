@@ -24,6 +24,7 @@ from spectral_notes import plotting
 from spectral_notes.diffusion import heat, point_source
 from spectral_notes.eigenbasis import Eigenbasis, compute_eigenbasis
 from spectral_notes.fourier import dft_by_fft, half_coefficients, synthesize_series
+from spectral_notes.functional_maps import functional_map
 from spectral_notes.lab_data import LabData, coarse_copy, in_unit_area, surface_data
 from spectral_notes.lab_recipes import map_data, parts_data
 from spectral_notes.laplacians import cotan_laplacian
@@ -118,7 +119,7 @@ def still_of_functional_map() -> Figure:
     one, two, p2p_21 = two_dolls(5000)
     basis_1, basis_2 = (compute_eigenbasis(*cotan_laplacian(in_unit_area(mesh)), 30) for mesh in (one, two))
     c = basis_1.evecs[int(one.vertices[:, 0].argmax())]
-    C_12 = basis_2.analyze(basis_1.evecs[p2p_21])
+    C_12 = functional_map(basis_1, basis_2, p2p_21)
     return plotting.plot_surfaces([one, two], [basis_1.synthesize(c), basis_2.synthesize(C_12 @ c)])
 
 

@@ -105,7 +105,7 @@ def http(html: Path) -> Iterator[str]:
     server.server_close()
 
 
-@pytest.fixture
+@pytest.fixture(scope="session")
 def visit(browser: Browser, http: str, html: Path):
     """Return a function that opens a page of the book in a fresh context: `with visit("book/x.html") as (page, watch)`.
 

@@ -28,6 +28,15 @@
     return v.map((value, d) => value * Math.cos(angle) + side[d] * Math.sin(angle) + axis[d] * along * (1 - Math.cos(angle)));
   }
 
+  /** Move the second of two shapes to the right of the first, as seen from the eye. */
+  function beside(first, second, eye, up) {
+    const right = cross(up, eye);
+    const length = Math.hypot(...right);
+    const along = (shape) => Array.from(shape[0], (_, i) => right.reduce((sum, r, d) => sum + (r * shape[d][i]) / length, 0));
+    const gap = 1.1 * (Math.max(...along(first)) - Math.min(...along(second)));
+    return second.map((x, d) => x.map((value) => value + (gap * right[d]) / length));
+  }
+
   /** A scene of surfaces; surface = { coordinates: [x, y, z], faces }. Arrow keys turn it, plus and minus come closer. */
   class Scene {
     constructor(lab, label, surfaces, { eye, up }) {
@@ -40,7 +49,7 @@
       }));
       const marks = { type: "scatter3d", hoverinfo: "skip", x: [null], y: [null], z: [null] };
       this.lines = { ...marks, mode: "lines", line: { color: "#000", width: 4 } };
-      this.dots = { ...marks, mode: "markers", marker: { color: "#111", size: 6 } };
+      this.dots = { ...marks, mode: "markers", marker: { color: "#ffd200", size: 5, line: { color: "#111", width: 2 } } };
       const length = Math.hypot(...eye);
       this.eye = eye.map((value) => (2.05 * value) / length);
       this.up = up;
@@ -118,7 +127,7 @@
   const [WIDTH, HEIGHT, LEFT, RIGHT, BOTTOM] = [420, 260, 72, 24, 56];
 
   function ticks([low, high], log) {
-    if (!log) return [low, (low + high) / 2, high];
+    if (!log) return [low, high > 10 ? Math.round((low + high) / 2) : (low + high) / 2, high];
     const first = Math.ceil(Math.log10(low) - 1e-9);
     return Array.from({ length: Math.floor(Math.log10(high) + 1e-9) - first + 1 }, (_, i) => 10 ** (first + i));
   }
@@ -170,5 +179,5 @@
     }
   }
 
-  Object.assign(notes, { svg, Scene, Chart });
+  Object.assign(notes, { svg, beside, Scene, Chart });
 })();

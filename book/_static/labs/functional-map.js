@@ -3,7 +3,7 @@
 (() => {
   const notes = globalThis.spectralNotes;
   const { numerics, element } = notes;
-  const SAMPLES = 60; // points whose images are checked at every step
+  const SAMPLES = 40; // points whose images are checked at every step
 
   async function start(lab, [file], load) {
     const data = await load(file);
@@ -19,15 +19,14 @@
     const [one, two] = [side(1), side(2)];
     const span = (x) => Math.max(...x) - Math.min(...x);
     const size = Math.hypot(...one.coordinates.map(span));
-    const gap = 0.62 * (span(one.coordinates[0]) + span(two.coordinates[0]));
-    two.coordinates[0] = two.coordinates[0].map((x) => x + gap);
+    two.coordinates = notes.beside(one.coordinates, two.coordinates, data.eye_1, data.up_1);
     let C = Float32Array.from(data.C_12);
     let cell = [1, 1];
     let point = 0;
 
     const modes = lab.slider("Modes k", { min: 4, max: all, value: Math.min(30, all) }, () => update());
     lab.choice("Point", numerics.PLACES, (i) => choose(numerics.farthest(one.coordinates, i)));
-    const entry = lab.slider("Entry of C", { min: -1.5, max: 1.5, step: 0.05, value: 1, text: (value) => `${value.toFixed(2)} at row ${cell[0]}, column ${cell[1]}` }, (value) => {
+    const entry = lab.slider("Entry of C", { min: -1.5, max: 1.5, step: 0.05, value: 1, text: (value) => `${value.toFixed(2)} (row ${cell[0]}, column ${cell[1]})` }, (value) => {
       C[cell[0] * all + cell[1]] = value;
       update();
     });
@@ -52,9 +51,9 @@
     });
     lab.stage.append(matrix);
 
-    const image = (vertex, k) => {
+    const image = (vertex, k, halves) => {
       const c = numerics.mapCoefficients(C, all, numerics.row(one.evecs, one.n, k, vertex), k);
-      return { c, vertex: numerics.nearestRow(two.evecs, two.n, c) };
+      return { c, vertex: numerics.nearestRow(two.evecs, two.n, c, halves) };
     };
     /** How far the image is from the truth, on the first shape, as a share of its size. */
     const distance = (vertex, found) => {
@@ -65,9 +64,10 @@
     const update = lab.steps(
       () => {
         const k = +modes.value;
-        const { c, vertex } = image(point, k);
+        const halves = numerics.halfSquares(two.evecs, two.n, k);
+        const { c, vertex } = image(point, k, halves);
         const samples = Array.from({ length: SAMPLES }, (_, i) => Math.floor(((i + 0.5) * one.n) / SAMPLES));
-        const good = samples.filter((sample) => distance(sample, image(sample, k).vertex) < 0.05).length;
+        const good = samples.filter((sample) => distance(sample, image(sample, k, halves).vertex) < 0.05).length;
         let off = 0;
         for (let r = 0; r < k; r++) {
           for (let s = 0; s < k; s++) {

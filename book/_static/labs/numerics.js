@@ -154,13 +154,19 @@
 
   // --- maps and labels ---------------------------------------------------------------------------------------------
 
-  // The vertex whose row of the first k modes is nearest to the given row.
-  function nearestRow(evecs, n, target) {
-    const distances = new Float32Array(n);
-    target.forEach((value, k) => {
-      for (let i = 0, at = k * n; i < n; i++, at++) distances[i] += (evecs[at] - value) ** 2;
-    });
-    return distances.reduce((best, distance, i) => (distance < distances[best] ? i : best), 0);
+  // Half the squared length of every row of the first k modes.
+  function halfSquares(evecs, n, k) {
+    const sums = new Float32Array(n);
+    for (let at = 0; at < k * n; at++) sums[at % n] += evecs[at] ** 2 / 2;
+    return sums;
+  }
+
+  // The vertex whose row is nearest to the given one: |x - y|^2 / 2 = |x|^2 / 2 - <x, y> + |y|^2 / 2.
+  function nearestRow(evecs, n, target, halves = halfSquares(evecs, n, target.length)) {
+    const products = synthesize(evecs, target, n);
+    let best = 0;
+    for (let i = 1; i < n; i++) if (halves[i] - products[i] < halves[best] - products[best]) best = i;
+    return best;
   }
 
   // C (k, k) row after row, of which the first `size` rows and columns count: the coefficients on 2 of a function on 1.
@@ -255,7 +261,7 @@
   notes.numerics = {
     halfToFloat, decodeArray, decodeAll, joinBasis, synthesize, row, integral, rmsDistance, truncationErrors,
     heatAt, waveAt, waveSpeedAt, waveEnergy, fourier, inverseFourier, amplitudes, largest,
-    nearestRow, mapCoefficients, adjustedRand, nodalLines, nodalDomains, colorScale, labelScale, colorAt,
+    halfSquares, nearestRow, mapCoefficients, adjustedRand, nodalLines, nodalDomains, colorScale, labelScale, colorAt,
     farthest, PLACES, SIGNED, POSITIVE,
   };
 })();

@@ -1,0 +1,372 @@
+"""The labs in a browser: every slider moves its number, the numbers are Python's, and all of it without a pointer."""
+
+from __future__ import annotations
+
+import io
+import json
+import re
+
+import lab_files
+import numpy as np
+import pytest
+from PIL import Image
+
+from spectral_notes.eigenbasis import compute_eigenbasis
+from spectral_notes.lab_data import coarse_copy, in_unit_area
+from spectral_notes.laplacians import cotan_laplacian
+from spectral_notes.shapes import goat
+
+PAGE = "book/labs.html"
+LABS = ("fourier", "eigenfunctions", "heat", "reconstruction", "functional-map", "clusters")
+STEP_MILLISECONDS = 20.0
+
+
+class Lab:
+    """One lab of the page, as a reader meets it: named controls, named numbers."""
+
+    def __init__(self, page, name):
+        self.page, self.name = page, name
+        self.root = page.locator(f"spectral-lab[name={name}]").first
+
+    def start(self):
+        """Start by keyboard and wait for the first numbers."""
+        self.root.locator(".lab-start").focus()
+        self.page.keyboard.press("Enter")
+        self.root.locator(".lab-numbers dd").first.wait_for(timeout=60_000)
+        return self.settle()
+
+    def settle(self):
+        """Wait until the newest step has been painted."""
+        self.page.wait_for_function(
+            "(lab) => !lab.hasAttribute('aria-busy') && lab.querySelector('dd').textContent !== '–'",
+            arg=self.root.element_handle(),
+            timeout=60_000,
+        )
+        return self
+
+    def slide(self, label, value):
+        """Set a slider as a drag would, and wait."""
+        self.root.get_by_label(label, exact=True).evaluate(
+            "(input, value) => { input.value = value; input.dispatchEvent(new Event('input')); }", str(value)
+        )
+        return self.settle()
+
+    def choose(self, label, option):
+        """Choose from a list, and wait."""
+        self.root.get_by_label(label, exact=True).select_option(label=option)
+        return self.settle()
+
+    def press(self, text):
+        """Press a button, and wait."""
+        self.root.get_by_role("button", name=text, exact=True).click()
+        return self.settle()
+
+    def text(self, name):
+        """Return what stands beside a name."""
+        return self.root.locator(f'dd[data-name^="{name}"]').inner_text()
+
+    def number(self, name):
+        """Return the first number beside a name."""
+        return float(re.search(r"-?\d+(\.\d+)?(e-?\d+)?", self.text(name).replace("−", "-"))[0])
+
+
+@pytest.fixture(scope="module")
+def goat_errors():
+    """Return Python's RMS error of the goat from k modes, in percent of the diagonal, as a function of k."""
+    mesh = in_unit_area(coarse_copy(goat(), 4500)[0])
+    basis = compute_eigenbasis(*cotan_laplacian(mesh), 500)
+    c, mass = basis.analyze(mesh.vertices), basis.M.diagonal()
+    diagonal = np.linalg.norm(np.ptp(mesh.vertices, axis=0))
+
+    def error(first, last):
+        kept = np.zeros_like(c)
+        kept[first:last] = c[first:last]
+        gap = mesh.vertices - basis.synthesize(kept)
+        return 100 * float(np.sqrt((mass @ gap**2).sum() / mass.sum())) / diagonal
+
+    return error
+
+
+@pytest.fixture(scope="module", params=LABS)
+def lab(request, visit):
+    """Return each lab in turn, started once for all tests that take it, on a page whose complaints it keeps."""
+    with visit(PAGE) as (page, watch):
+        assert page.evaluate("window.Plotly === undefined")
+        started = Lab(page, request.param).start()
+        started.watch = watch
+        yield started
+
+
+def numbers(lab):
+    """Return all numbers that a lab shows, as text."""
+    return lab.root.locator(".lab-numbers").inner_text()
+
+
+# --- all of them ------------------------------------------------------------------------------------------------------
+
+
+def test_a_lab_says_what_to_try_and_names_its_controls(lab):
+    assert lab.root.locator("ol > li").count() == 3
+    assert lab.root.locator("details").count() == 3
+    for control in lab.root.locator("input, select, [tabindex='0']").all():
+        assert control.get_attribute("aria-label"), control.evaluate("(c) => c.outerHTML.slice(0, 80)")
+
+
+def test_every_slider_moves_a_number_by_the_keyboard(lab):
+    if lab.name == "functional-map":
+        lab.choose("Matrix", "The identity")
+    for slider in lab.root.locator("input[type=range]").all():
+        label = slider.get_attribute("aria-label")
+        before = numbers(lab), slider.get_attribute("aria-valuetext")
+        slider.focus()
+        lab.page.keyboard.press("Home" if slider.evaluate("(s) => s.value === s.max") else "End")
+        lab.settle()
+        assert slider.get_attribute("aria-valuetext") != before[1], label
+        if label != "Wave k":  # chooses what the next slider changes, and is a number itself
+            assert numbers(lab) != before[0], label
+
+
+def test_a_canvas_is_not_one_colour_and_turns_by_the_keyboard(lab):
+    scene = lab.root.locator(".lab-scene")
+    if lab.name == "fourier":
+        assert scene.count() == 0
+        return
+    scene.scroll_into_view_if_needed()
+    lab.page.wait_for_timeout(300)
+    seen = scene.screenshot()
+    assert len(Image.open(io.BytesIO(seen)).convert("RGB").getcolors(1_000_000)) > 50
+    scene.focus()
+    lab.page.keyboard.press("ArrowLeft")
+    lab.page.wait_for_timeout(500)
+    assert scene.screenshot() != seen
+
+
+def test_a_step_costs_little(lab):
+    slider = lab.root.locator("input[type=range]").first
+    label, low, high = slider.evaluate("(s) => [s.ariaLabel, +s.min, +s.max]")
+    times = []
+    for part in np.linspace(0.1, 0.9, 12):
+        lab.slide(label, round(low + part * (high - low)))
+        times.append(lab.root.evaluate("(element) => element.stepMilliseconds"))
+    print(f"{lab.name}: {min(times):.1f} to {max(times):.1f} ms")
+    assert min(times) < STEP_MILLISECONDS  # the least of many: what the code costs when nobody else is at work
+
+
+def test_a_lab_stops_and_starts_again_without_a_complaint(lab):
+    lab.root.locator(".lab-stop").click()
+    assert lab.page.evaluate("document.activeElement.className") == "lab-start"
+    lab.root.locator("img").wait_for()
+    lab.start()
+    assert lab.watch.faults() == []
+
+
+def test_the_labs_work_from_a_folder(visit):
+    with visit(PAGE, "file") as (page, watch):
+        for name in LABS:
+            assert Lab(page, name).start().root.locator(".lab-numbers dd").count() > 0
+        assert watch.faults() == []
+
+
+def test_without_scripts_a_still_picture_remains(browser, http):
+    context = browser.new_context(java_script_enabled=False)
+    page = context.new_page()
+    page.goto(f"{http}/{PAGE}")
+    assert page.locator("spectral-lab img").count() == len(LABS)
+    assert page.locator(".lab-start").count() == 0
+    assert all(len(image.get_attribute("alt")) > 60 for image in page.locator("spectral-lab img").all())
+    context.close()
+
+
+def test_without_webgl_the_picture_stays_and_a_sentence_says_why(visit):
+    with visit(PAGE) as (page, watch):
+        page.evaluate("HTMLCanvasElement.prototype.getContext = () => null")
+        page.locator("spectral-lab[name=heat] .lab-start").click()
+        alert = page.locator("spectral-lab[name=heat] [role=alert]")
+        alert.wait_for()
+        assert "WebGL is off" in alert.inner_text()
+        assert page.locator("spectral-lab[name=heat] img").is_visible()
+        assert watch.faults() == []
+
+
+def test_a_fifth_scene_stops_the_oldest(visit):
+    with visit(PAGE) as (page, _):
+        started = [Lab(page, name).start() for name in LABS if name != "fourier"]
+        assert started[0].root.locator(".lab-start").count() == 1
+        assert all(lab.root.locator(".lab-scene").count() == 1 for lab in started[1:])
+
+
+def test_where_the_reader_wants_less_motion_nothing_plays(visit):
+    with visit(PAGE, reduced_motion="reduce") as (page, _):
+        lab = Lab(page, "heat").start()
+        assert lab.root.get_by_role("button", name="Play", exact=True).count() == 0
+        before = lab.number("Highest value")
+        lab.press("Step")
+        assert lab.number("Highest value") < before
+        still = lab.number("Highest value")
+        page.wait_for_timeout(400)
+        assert lab.number("Highest value") == still
+
+
+def test_the_newest_position_wins_and_nothing_piles_up(visit):
+    with visit(PAGE) as (page, _):
+        lab = Lab(page, "reconstruction").start()
+        painted = page.evaluate(
+            """async () => {
+                const lab = document.querySelector("spectral-lab[name=reconstruction]");
+                const input = lab.querySelector("input");
+                let painted = 0;
+                const react = Plotly.react;
+                Plotly.react = (...all) => { painted += 1; return react(...all); };
+                for (let k = 100; k < 300; k++) { input.value = k; input.dispatchEvent(new Event("input")); }
+                while (lab.hasAttribute("aria-busy")) await new Promise(requestAnimationFrame);
+                return painted;
+            }"""
+        )
+        assert painted <= 3
+        assert lab.text("Numbers kept").startswith("897 of")  # 3 * 299
+
+
+# --- each of them -----------------------------------------------------------------------------------------------------
+
+
+def test_the_error_of_a_reconstruction_is_that_of_python(visit, goat_errors):
+    with visit(PAGE) as (page, _):
+        lab = Lab(page, "reconstruction").start()
+        for k in (1, 7, 50, 123, 500):
+            lab.slide("Modes k", k)
+            assert abs(lab.number("RMS error") - goat_errors(0, k)) < 1e-3 + 1e-3 * goat_errors(0, k)
+        lab.slide("Leave out the first", 5)
+        assert abs(lab.number("RMS error") - goat_errors(5, 500)) < 0.01
+        lab.slide("Modes k", 3)  # the band stays a band
+        assert lab.text("Numbers kept").startswith("3 of")
+
+
+def test_heat_conserves_its_integral_and_evens_out(visit):
+    with visit(PAGE) as (page, _):
+        lab = Lab(page, "heat").start()
+        highest = []
+        for position in (0, 100, 200, 300, 400):
+            lab.slide("Time", position)
+            assert abs(lab.number("Kept for ever") - 1) < 2e-3
+            highest.append(lab.number("Highest value"))
+        assert highest == sorted(highest, reverse=True) and highest[0] > 10 * highest[-1]
+        lab.choose("Where", "its −y end").press("Drop it there")
+        assert abs(lab.number("Kept for ever") - 2) < 4e-3
+
+
+def test_waves_keep_their_energy_and_a_particle_its_probability(visit):
+    with visit(PAGE) as (page, _):
+        lab = Lab(page, "heat").start()
+        lab.choose("Equation", "Wave")
+        energy = lab.number("Kept for ever")
+        for position in (37, 200, 400):
+            lab.slide("Time", position)
+            assert abs(lab.number("Kept for ever") / energy - 1) < 1e-3
+        lab.choose("Equation", "Schrödinger")
+        for position in (0, 37, 400):
+            lab.slide("Time", position)
+            assert abs(lab.number("Kept for ever") - 1) < 5e-3
+
+
+def test_heat_drops_where_the_reader_clicks(visit):
+    with visit(PAGE) as (page, _):
+        lab = Lab(page, "heat").start()
+        scene = lab.root.locator(".lab-scene")
+        scene.scroll_into_view_if_needed()
+        box = scene.bounding_box()
+        page.mouse.move(box["x"] + box["width"] / 2, box["y"] + box["height"] / 2)
+        page.wait_for_timeout(500)
+        page.mouse.down()
+        page.mouse.up()
+        page.wait_for_timeout(1000)
+        assert abs(lab.settle().number("Kept for ever") - 2) < 4e-3
+
+
+def test_the_explorer_shows_eigenvalues_of_python_and_keeps_to_courant(visit):
+    mesh = in_unit_area(coarse_copy(goat(), 2500)[0])
+    evals = compute_eigenbasis(*cotan_laplacian(mesh), 101).evals
+    with visit(PAGE) as (page, _):
+        lab = Lab(page, "eigenfunctions").start()
+        for k in (1, 10, 57, 100):
+            lab.slide("Mode", k)
+            assert abs(lab.number("Eigenvalue") - evals[k]) < 0.06
+            pieces, allowed = map(int, re.findall(r"\d+", lab.text("Nodal domains")))
+            assert allowed == k + 1 and 2 <= pieces <= allowed
+        lab.choose("Shape", "egg")
+        assert lab.root.locator(".lab-scene").count() == 1
+
+
+def test_the_square_wave_from_its_largest_coefficients(visit):
+    with visit(PAGE) as (page, watch):
+        lab = Lab(page, "fourier").start().choose("Signal", "Square wave")
+        f = np.where(np.arange(128) < 64, 0.8, -0.8)
+        F = np.fft.rfft(f)
+        for K in (1, 4, 20):
+            kept = np.where(np.argsort(np.argsort(-np.abs(F))) < K, F, 0)
+            wanted = np.sqrt(np.mean((f - np.fft.irfft(kept, 128)) ** 2))
+            lab.slide("Keep the largest", K)
+            assert abs(lab.number("RMS error") - wanted) < 1e-4
+        lab.slide("Keep the largest", 65).slide("Wave k", 1).press("Mute or unmute it")
+        assert lab.number("Waves heard") == 31
+        lab.press("Hear it").press("Silence")
+        assert watch.faults() == []
+
+
+def test_a_signal_is_drawn_by_pointer_and_by_keys(visit):
+    with visit(PAGE) as (page, _):
+        lab = Lab(page, "fourier").start().choose("Signal", "Flat, to draw on")
+        chart = lab.root.locator(".lab-chart").first
+        chart.focus()
+        for _ in range(5):
+            page.keyboard.press("ArrowUp")
+        lab.settle()
+        assert lab.number("Waves heard") == 65  # an impulse holds every frequency
+        chart.scroll_into_view_if_needed()
+        box = chart.bounding_box()
+        page.mouse.move(box["x"] + box["width"] * 0.4, box["y"] + box["height"] * 0.3)
+        page.mouse.down()
+        page.mouse.move(box["x"] + box["width"] * 0.7, box["y"] + box["height"] * 0.2, steps=5)
+        page.mouse.up()
+        curve = lab.settle().root.locator("path.given").get_attribute("d")
+        heights = [float(y) for y in re.findall(r"[ML][\d.]+ ([\d.]+)", curve)]
+        assert sum(height < 90 for height in heights) > 30  # a long stroke lies high
+
+
+def test_a_map_breaks_when_its_matrix_does(visit):
+    with visit(PAGE) as (page, _):
+        lab = Lab(page, "functional-map").start()
+        whole = lab.number("Of 40 points")
+        assert whole >= 35 and lab.number("|CᵀC") < 0.02
+        diagonal = lab.choose("Matrix", "Only its diagonal").number("Of 40 points")
+        identity = lab.choose("Matrix", "The identity").number("Of 40 points")
+        assert whole > diagonal > identity
+        lab.choose("Matrix", "The map as it is")
+        lab.root.locator("canvas.lab-matrix").focus()
+        page.keyboard.press("0")
+        assert lab.settle().number("Of 40 points") < whole
+
+
+def test_parts_stay_when_the_pose_changes(visit):
+    with visit(PAGE) as (page, _):
+        lab = Lab(page, "clusters").start()
+        for _ in range(3):
+            assert lab.press("Next pose").number("Agreement") > 0.95
+        assert lab.slide("Parts", 12).number("Parts") == 12
+
+
+# --- budgets ----------------------------------------------------------------------------------------------------------
+
+
+def test_the_data_of_a_lab_is_at_most_three_megabytes(html):
+    sizes = {path.stem: path.stat().st_size for path in (html / "_static" / "labs" / "data").glob("*.js")}
+    print(json.dumps(sizes, indent=1))
+    assert len(sizes) == 8
+    total = {lab: sum(size for name, size in sizes.items() if name.startswith(lab)) for lab in LABS}
+    assert max(total.values()) <= lab_files.MAX_BYTES, total
+
+
+def test_the_pages_that_embed_labs_name_files_that_exist(html):
+    for path in html.glob("book/*.html"):
+        for files in re.findall(r'<spectral-lab name="[a-z-]+" data="([^"]+)"', path.read_text(encoding="utf-8")):
+            for name in files.split():
+                assert (html / "_static" / "labs" / "data" / f"{name}.js").exists(), (path.name, name)
