@@ -36,7 +36,7 @@ globalThis.spectralNotes = {{
 }};
 </script>
 {scripts}
-<script>document.querySelector("spectral-lab").start();</script>
+<script>addEventListener("load", () => document.querySelector("spectral-lab").start());</script>
 </body></html>"""
 
 
@@ -131,7 +131,7 @@ def _map(meshes: Sequence[TriangleMesh], k: int | None, p2p_21: ArrayLike | None
     one, two = meshes
     if p2p_21 is None:
         if not np.array_equal(one.faces, two.faces):
-            raise ValueError("p2p_21 must be given, vertex of 2 -> vertex of 1, where the meshes do not share their faces")
+            raise ValueError("p2p_21 must be given, vertex of 2 -> vertex of 1, where the meshes share no faces")
         p2p_21 = np.arange(two.n_vertices)
     p2p_21 = as_point_map(p2p_21, one.n_vertices, two.n_vertices)
     (coarse_1, _), (coarse_2, P_2) = coarse_copy(one, 2500), coarse_copy(two, 2500)
@@ -145,7 +145,8 @@ def _parts(meshes: Sequence[TriangleMesh], k: int | None, p2p_21: ArrayLike | No
     coarse, P = coarse_copy(meshes[0], 5000)
     if any(not np.array_equal(mesh.faces, meshes[0].faces) for mesh in meshes):
         raise ValueError("meshes must share their faces: poses of one mesh, the same vertices in the same order")
-    poses = [TriangleMesh(P @ mesh.vertices, coarse.faces, mesh.name or f"pose {i + 1}") for i, mesh in enumerate(meshes)]
+    names = [mesh.name or f"pose {i + 1}" for i, mesh in enumerate(meshes)]
+    poses = [TriangleMesh(P @ mesh.vertices, coarse.faces, name) for mesh, name in zip(meshes, names, strict=True)]
     return [parts_data(poses, range(2, 13), d=k or 8)]
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 import shutil
 import subprocess
 from pathlib import Path
@@ -12,7 +13,9 @@ import numpy as np
 import pytest
 from sklearn.metrics import adjusted_rand_score
 
+from spectral_notes import scenes
 from spectral_notes.clustering import spectral_clusters, spectral_embedding
+from spectral_notes.diffusion import heat, point_source
 from spectral_notes.eigenbasis import compute_eigenbasis
 from spectral_notes.lab_data import LabData, coarse_copy, in_unit_area, pack_array, quantise, surface_data, unpack_array
 from spectral_notes.lab_recipes import map_data, parts_data
@@ -200,8 +203,60 @@ def test_what_the_lab_of_clusters_tells_the_reader_to_notice():
     assert min(stays) > 0.8
 
 
+def test_what_the_lab_of_heat_tells_the_reader_to_notice():
+    mesh = in_unit_area(coarse_copy(goat(), 3000)[0])
+    basis = compute_eigenbasis(*cotan_laplacian(mesh), 300)
+    hoof = int(mesh.vertices[:, 1].argmin())
+    for t in np.geomspace(6 / basis.evals[-1], 1 / basis.evals[1], 9):
+        hottest = int(heat(basis, point_source(basis.M, hoof), t).argmax())
+        assert np.linalg.norm(mesh.vertices[hottest] - mesh.vertices[hoof]) < 0.4 * np.ptp(mesh.vertices[:, 1])
+
+
 def test_poses_with_other_faces_are_refused():
     with pytest.raises(ValueError, match="poses must share their faces"):
         parts_data([egg(2), egg(1)], [2])
     with pytest.raises(ValueError, match="counts must be between 1 and 12; got 13"):
         parts_data([egg(2)], [13])
+
+
+# --- a lab of one's own -----------------------------------------------------------------------------------------------
+
+
+def registered(page: str) -> list[LabData]:
+    """Return the data inside a page, as facts and packed arrays."""
+    return [json.loads(text) for text in re.findall(r'<script>spectralNotes\.register\("[^"]+", (.*)\);\n</script>', page)]
+
+
+@pytest.mark.parametrize(
+    ("name", "meshes"),
+    [("eigenfunctions", [egg(2), sphere(2)]), ("reconstruction", [egg(3)]), ("heat", [egg(2)]), ("functional-map", [egg(2), egg(2)]), ("fourier", [])],
+)
+def test_a_lab_of_ones_own_is_a_page_that_asks_nobody(name, meshes):
+    page = scenes.lab(name, *meshes, k=12 if meshes else None).page
+    assert len(registered(page)) == (len(meshes) if name == "eigenfunctions" else bool(meshes))
+    assert f'<spectral-lab name="{name}"' in page
+    assert not re.search(r'<(script|link|img)[^>]+(src|href)=', page)
+    assert scenes.lab("fourier")._repr_html_().startswith("<iframe")
+
+
+def test_a_lab_of_ones_own_takes_a_large_mesh_and_two_poses():
+    page = scenes.lab("functional-map", goat(), goat("walk"), k=20).page
+    facts = registered(page)[0]["facts"]
+    assert abs(facts["n_1"] - 2500) <= 1 and abs(facts["n_2"] - 2500) <= 1
+    C = unpack_array(registered(page)[0]["arrays"]["C_12"])
+    assert np.abs(C.T @ C - np.eye(20)).max() < 0.2
+    parts = registered(scenes.lab("clusters", goat(), goat("walk")).page)[0]
+    assert parts["facts"]["poses"] == ["goat", "goat_walk"]
+
+
+def test_a_lab_says_what_it_needs():
+    with pytest.raises(ValueError, match="name must be one of 'eigenfunctions'"):
+        scenes.lab("drum", egg(2))
+    with pytest.raises(ValueError, match="the number of meshes must be between 1 and 1; got 2"):
+        scenes.lab("heat", egg(2), egg(2))
+    with pytest.raises(TypeError, match="meshes must be TriangleMesh; got ndarray"):
+        scenes.lab("heat", egg(2).vertices)
+    with pytest.raises(ValueError, match="p2p_21 must be given"):
+        scenes.lab("functional-map", egg(2), egg(1))
+    with pytest.raises(ValueError, match="meshes must share their faces"):
+        scenes.lab("clusters", egg(2), egg(1))

@@ -120,7 +120,7 @@ def still_of_functional_map() -> Figure:
     basis_1, basis_2 = (compute_eigenbasis(*cotan_laplacian(in_unit_area(mesh)), 30) for mesh in (one, two))
     c = basis_1.evecs[int(one.vertices[:, 0].argmax())]
     C_12 = functional_map(basis_1, basis_2, p2p_21)
-    return plotting.plot_surfaces([one, two], [basis_1.synthesize(c), basis_2.synthesize(C_12 @ c)])
+    return plotting.plot_surfaces([one, two], [basis_1.synthesize(c), basis_2.synthesize(C_12 @ c)], nodal_lines=False)
 
 
 def still_of_clusters() -> Figure:

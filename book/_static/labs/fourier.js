@@ -66,7 +66,7 @@
       ({ sizes, part, sum, left }) => {
         const square = (values) => values.reduce((total, value) => total + value ** 2, 0);
         const heard = numerics.amplitudes(part);
-        energy(square(f) ? ((100 * square(sum)) / square(f)).toFixed(1) : "–");
+        energy(square(f) ? ((100 * square(sum)) / square(f)).toFixed(1) : "100.0");
         error(Math.sqrt(square(left) / N).toFixed(4));
         count(heard.filter((size) => size > 1e-9).length);
         time.curve("given", samples, f);

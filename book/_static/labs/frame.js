@@ -11,7 +11,11 @@
   notes.defineLab = (name, recipe) => recipes.set(name, recipe);
 
   const reducedMotion = () => matchMedia("(prefers-reduced-motion: reduce)").matches;
-  const drawsInSpace = () => !!document.createElement("canvas").getContext("webgl");
+  function drawsInSpace() {
+    const context = document.createElement("canvas").getContext("webgl");
+    context?.getExtension("WEBGL_lose_context")?.loseContext();
+    return !!context;
+  }
 
   function element(tag, attributes = {}, ...children) {
     const made = document.createElement(tag);
@@ -23,8 +27,13 @@
   class SpectralLab extends HTMLElement {
     connectedCallback() {
       if (this.still) return;
-      this.still = [...this.childNodes];
-      this.rest();
+      const begin = () => {
+        this.still = [...this.childNodes];
+        this.rest();
+      };
+      // While the page is being read, what stands inside is not there yet.
+      if (document.readyState === "loading") document.addEventListener("DOMContentLoaded", begin);
+      else begin();
     }
 
     disconnectedCallback() {

@@ -95,8 +95,8 @@
         "The highest value falls and the lowest rises until all is even; the total stays: mode 0 alone carries it, and it never decays.",
       ],
       [
-        "Drop heat on two hooves, by clicking or from the list, and slide time slowly.",
-        "A thin leg stays hot long after the body is even: what is joined by a narrow neck exchanges heat slowly.",
+        "Clear, choose the −y end (on the goat a hoof), drop heat there, and slide time slowly. A click on the shape drops it elsewhere.",
+        "The leg fills first and then feeds the body; to the end of the slider the hottest point is on that leg. What hangs by a narrow neck exchanges heat slowly.",
       ],
       [
         "Switch to the wave, then to Schrödinger's equation, and let them run.",

@@ -81,7 +81,7 @@
     prompts: [
       [
         "Slide k from 1 up to 500. When do you first see a goat? When can you count its legs?",
-        "One mode is a single point, a few make a bean. Thick parts come first; horns and tail are high frequencies and come last.",
+        "One mode is a single point, five make a wedge from tail to nose. The trunk comes first; legs start as spikes and fill out; horns are high frequencies and come last.",
       ],
       [
         "Watch the dot between k = 10 and 100, and then between 100 and 500.",
