@@ -26,18 +26,21 @@ LIBRARY := $(shell find spectral_notes -type f -not -path '*/__pycache__/*')
 NOTEBOOKS := $(wildcard book/*.ipynb)
 BOOK := $(shell find book -type f -not -path '*/.*' -not -path '*/_build/*') _config.yml _toc.yml
 TOOLS := $(wildcard tools/*.py)
-TESTS := $(shell find tests -type f -name '*.py') $(wildcard benchmarks/*.py)
+TESTS := $(shell find tests classroom/source -type f -name '*.py' -o -name '*.md' -o -name '*.ipynb') $(wildcard benchmarks/*.py classroom/*.py)
 
 # The peers of the benchmarks (lapy, pyfmaps, cholespy) are left out where they are not installed.
-.PHONY: help book test lint browser notebooks serve lab bench fuzz matrix wheel pins clean distclean
+.PHONY: help book test lint browser assignments notebooks serve lab bench fuzz matrix wheel pins clean distclean
 
 help:  ## list the targets
-	@awk -F ':.*## ' '/^[a-z]+:.*## / {printf "  make %-10s %s\n", $$1, $$2}' $(MAKEFILE_LIST)
+	@awk -F ':.*## ' '/^[a-z]+:.*## / {printf "  make %-12s %s\n", $$1, $$2}' $(MAKEFILE_LIST)
 
 book: $(STAMPS)/book-$(EDITION)  ## render the book into _build/html (EDITION=student: without solutions)
 test: $(STAMPS)/test  ## unit tests, doctests, and every stored output against a fresh run
 lint: $(STAMPS)/lint  ## ruff, mypy --strict, the import layers, the form of the notebooks
 browser: $(STAMPS)/browser  ## open every page of the built book in Chromium: errors, requests, scenes, accessibility
+
+assignments: $(READY)  ## make the student copies of the assignments and the marking guide, in classroom/
+	$(PY) tools/assignments.py
 
 notebooks: $(READY)  ## run the notebooks (or NB=book/NAME.ipynb) and store their text outputs
 	$(PY) tools/notebooks.py run --jobs $(JOBS) $(NB)
