@@ -23,11 +23,11 @@ def call(answer: Callable[..., Any], *inputs: Any) -> object:
     try:
         returned = answer(*inputs)
     except NotImplementedError:
-        raise Stop(Verdict("unattempted", "Write the body of the function, run its cell, then this one.")) from None
+        raise Stop(Verdict("unattempted", "Write the body of the function.")) from None
     except (Exception, SystemExit) as error:
         said = f"It raises {type(error).__name__}: {_short(error)}"
         raise Stop(wrong("the function accepts the inputs that the exercise names", said)) from None
-    refuse_placeholder(returned, "The function returns nothing yet: write its body, and end it with return.")
+    refuse_placeholder(returned, "The function returns nothing yet.")
     return returned
 
 

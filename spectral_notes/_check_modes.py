@@ -62,7 +62,7 @@ def check_eigenbasis(answer: object, L: Any, M: Any, k: int) -> Verdict:
     _demand_spectrum(evals, reference, k)
     _demand_orthonormal(evecs, M)
     _demand_modes(evals, evecs, reference)
-    return right("The modes are orthonormal in M, solve L phi = lambda M phi, and none is missing.", EQUATION)
+    return right("All modes solve the equation, orthonormal in M, and none is missing.", EQUATION)
 
 
 def _pair_of(answer: object) -> tuple[object, object]:
@@ -221,7 +221,7 @@ def check_embedding(answer: object, basis: Eigenbasis, n_dims: int, *, weights: 
     _demand_weights(lengths, wanted, evals, weights)
     cosines = (c.T @ c) / np.outer(lengths, lengths) - np.eye(n_dims)
     demand(abs(cosines).max() <= 0.02, "coordinates are orthogonal in M", f"Two are not: {place_of(cosines)}.")
-    return right("Every coordinate is a mode with its weight, and the zero mode is left out.")
+    return right("Every coordinate is a mode with its weight.")
 
 
 def _demand_weights(lengths: FloatArray, wanted: FloatArray, evals: FloatArray, weights: str) -> None:

@@ -167,7 +167,7 @@ def check_mass_matrix(answer: object, expected: object, *, kind: str = "any", fr
     differences = [sp.csr_array(M - true) for true in allowed]
     least = min(differences, key=largest)
     if largest(least) <= WITHIN * largest(allowed[0]):
-        return right("M is symmetric and positive, and its entries sum to the size of the domain.", whole)
+        return right("M is symmetric, positive, and right in every share.", whole)
     per = "each vertex" if is_mesh else "each sample"
     return wrong(f"M holds the share of {per}, so that f^T M g is the integral of f g",
                  f"The total is right, the shares are not: they differ by {largest(least):.3g}, "

@@ -175,7 +175,7 @@ def check_difference_matrix(
             if length is not None and _spectral(D, points, d, length):
                 break
             raise Stop(wrong(_law_of(degree, d), _slip_of_rows(D, error, degree, d, h)))
-    return right("Every row is exact for the polynomials that its order of accuracy asks for.", _law_of(d, d))
+    return right("Every row is exact to the order that is asked for.", _law_of(d, d))
 
 
 def _offsets(D: sp.csr_array, points: FloatArray, length: float | None) -> FloatArray:

@@ -15,7 +15,7 @@ import numpy as np
 P = ParamSpec("P")
 Check = Callable[Concatenate[object, P], "Verdict"]
 OPENINGS = {"right": "Right.", "wrong": "Not right.", "unattempted": "Not attempted yet."}
-PLACEHOLDER = "Put your answer in place of the dots, run its cell, then this one."
+PLACEHOLDER = "Replace the dots, run that cell, then this one."
 
 
 @dataclass(frozen=True, repr=False)

@@ -6,7 +6,7 @@ It does not raise, whatever the answer may be; a placeholder (`...` or None) is 
 `verdict.require()` raises for marking, and `if verdict:` asks whether the answer is right.
 
 >>> print(check_number(..., 2.0))
-Not attempted yet. Put your answer in place of the dots, run its cell, then this one.
+Not attempted yet. Replace the dots, run that cell, then this one.
 >>> print(check_number(2.0, 2.0))
 Right. The number is right.
 """
