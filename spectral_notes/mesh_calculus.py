@@ -73,7 +73,13 @@ def arrows_of_rows(stacked: ArrayLike) -> FloatArray:
 
 
 def rows_of_arrows(arrows: ArrayLike) -> FloatArray:
-    """Return the stacked field of shape (3 m,) of (m, 3) arrows; the inverse of `arrows_of_rows`."""
+    """Return the stacked field of shape (3 m,) of (m, 3) arrows; the inverse of `arrows_of_rows`.
+
+    Examples
+    --------
+    >>> rows_of_arrows([[1, 3, 5], [2, 4, 6]]).tolist()
+    [1.0, 2.0, 3.0, 4.0, 5.0, 6.0]
+    """
     return as_floats("arrows", arrows, ("m", 3)).T.ravel()
 
 
@@ -157,7 +163,13 @@ def face_area_matrix(mesh: TriangleMesh) -> sp.csr_array:
 
 
 def boundary_vertices(mesh: TriangleMesh) -> IntArray:
-    """Return the vertices on an edge that has a single face, in ascending order; none for a closed mesh."""
+    """Return the vertices on an edge that has a single face, in ascending order; none for a closed mesh.
+
+    Examples
+    --------
+    >>> boundary_vertices(TriangleMesh([[0, 0, 0], [1, 0, 0], [0, 1, 0]], [[0, 1, 2]])).tolist()
+    [0, 1, 2]
+    """
     pairs, counts = edges_with_counts(as_mesh(mesh))
     return np.unique(pairs[counts == 1])
 

@@ -172,6 +172,15 @@ def write_mesh(path: str | os.PathLike[str], mesh: TriangleMesh) -> None:
         If the ending is not one of the five.
     OSError
         If the folder does not exist or cannot be written to.
+
+    Examples
+    --------
+    >>> import tempfile
+    >>> mesh = TriangleMesh([[0, 0, 0], [1 / 3, 0, 0], [0, 1, 0]], [[0, 1, 2]])
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     write_mesh(folder + "/one.ply", mesh)
+    ...     float(read_mesh(folder + "/one.ply").vertices[1, 0]) == 1 / 3
+    True
     """
     path = Path(path)
     mesh = as_instance("mesh", mesh, TriangleMesh)

@@ -77,6 +77,17 @@ class SurfaceView:
         Positions marked by dots.
     camera : ((x, y, z), (x, y, z)), optional
         Direction to the eye and the upward direction; by default the shape's own.
+
+    Raises
+    ------
+    TypeError, ValueError
+        If the surface is neither, or values or marks have the wrong shape or are not finite.
+
+    Examples
+    --------
+    >>> triangle = TriangleMesh([[0, 0, 0], [1, 0, 0], [0, 0, 1]], [[0, 1, 2]])
+    >>> SurfaceView(triangle, [0.0, 1.0, -2.0]).color_limits  # symmetric about zero
+    (-1.99, 1.99)
     """
 
     surface: TriangleMesh | PointCloud

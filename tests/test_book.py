@@ -34,6 +34,13 @@ NAMED_PAGES = {
     "book/conventions",
     "book/large_meshes",
     "book/bibliography",
+    "book/where_we_differ",
+    "book/troubleshooting",
+    "book/status",
+    "book/notation",
+    "book/glossary",
+    "book/changelog",
+    "book/api",
 }
 
 

@@ -18,6 +18,7 @@ import json
 import os
 import re
 import sys
+import time
 import warnings
 from collections.abc import Callable, Iterable, Iterator
 from pathlib import Path
@@ -309,18 +310,20 @@ async def execute_one(
 async def execute_all(
     paths: list[Path],
     jobs: int,
-    keep: Callable[[Path, nbformat.NotebookNode], None],
+    keep: Callable[[Path, nbformat.NotebookNode, float], None],
     folder: Path | None = None,
     environment: dict[str, str] = KERNEL_ENVIRONMENT,
 ) -> list[str]:
-    """Execute notebooks, `jobs` at a time, hand each result to `keep`, and return the faults."""
+    """Execute notebooks, `jobs` at a time, hand each result with its seconds to `keep`, and return the faults."""
     progress = Progress(sum(sum(1 for _ in code_cells(read(path))) for path in paths))
     gate, wrong = asyncio.Semaphore(jobs), []
 
     async def one(path: Path) -> None:
         async with gate:
             try:
-                keep(path, await execute_one(path, folder or path.resolve().parent, progress.step, environment))
+                start = time.monotonic()
+                nb = await execute_one(path, folder or path.resolve().parent, progress.step, environment)
+                keep(path, nb, time.monotonic() - start)
                 progress.line(f"executed {path.name}")
             except NotebookError as error:
                 progress.line(f"FAILED   {path.name}")
@@ -371,8 +374,9 @@ def execute_into(target: Path, paths: list[Path], jobs: int, root: Path) -> list
         else:
             todo.append(path)
 
-    def keep(path: Path, nb: nbformat.NotebookNode) -> None:
-        memory = {"digest": code_digest(nb, surroundings), "outputs": [cell.outputs for _, cell in code_cells(nb)]}
+    def keep(path: Path, nb: nbformat.NotebookNode, seconds: float) -> None:
+        outputs = [cell.outputs for _, cell in code_cells(nb)]
+        memory = {"digest": code_digest(nb, surroundings), "seconds": seconds, "outputs": outputs}
         write(cache / f"{path.stem}.json", json.dumps(memory))
         write(target / path.name, to_text(nb))
 
@@ -401,7 +405,7 @@ def main(arguments: list[str] | None = None) -> int:
         elif options.command == "execute":
             wrong = execute_into(options.into.resolve(), paths, options.jobs, options.root)
         else:
-            wrong = asyncio.run(execute_all(paths, options.jobs, lambda p, nb: _store(p, nb)))
+            wrong = asyncio.run(execute_all(paths, options.jobs, lambda p, nb, _: _store(p, nb)))
     except NotebookError as error:
         wrong = [str(error)]
     for fault in wrong:
