@@ -32,7 +32,8 @@ import viewer_files
 import yaml
 
 ROOT = Path(__file__).resolve().parents[1]
-STAGED = ("_toc.yml", "CHANGELOG.md", "book", "tools/offline_mathjax.py", "tools/reference_pages.py")
+EXTENSIONS = ("offline_mathjax", "reference_pages", "page_finish")
+STAGED = ("_toc.yml", "CHANGELOG.md", "book", *(f"tools/{name}.py" for name in EXTENSIONS))
 LAUNCH_SERVICES = {"binderhub_url": "https://mybinder.org", "colab_url": "https://colab.research.google.com"}
 SKIPPED_PARTS = ("__pycache__", ".ipynb_checkpoints")
 
