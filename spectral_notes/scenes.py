@@ -26,7 +26,7 @@ from spectral_notes.meshes import TriangleMesh
 from spectral_notes.rendering import SurfaceView
 
 MAX_VERTICES = 5000
-MAX_BYTES = 250_000  # of a scene as text
+MAX_BYTES = 249_000  # of a scene as text: a file of 250 kB with the call around it
 MIME = "application/vnd.spectral-notes.scenes+json"
 SWITCH = "SPECTRAL_NOTES_SCENES"  # set while the notebooks run for the book: figures then bring their scenes
 SIGNS = {"lambda": "λ", "approx": "≈", "times": "×", "cdot": "·", "infty": "∞"}

@@ -205,7 +205,7 @@ def test_a_colour_bar_carries_its_label(ball):
 
 def test_too_many_marks_are_refused(ball):
     steps = np.cumsum(np.random.default_rng(0).normal(size=(20_000, 3)), axis=0)
-    with pytest.raises(ValueError, match=r"must fit into a scene of 250000 bytes; 'a tangle' takes \d+: draw fewer arrows"):
+    with pytest.raises(ValueError, match=r"must fit into a scene of 249000 bytes; 'a tangle' takes \d+: draw fewer arrows"):
         scenes.scene_text(SurfaceView(ball, title="a tangle", curves=(steps,)))
 
 

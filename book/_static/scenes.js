@@ -3,12 +3,12 @@
    A figure is a still picture; a hidden list beside it names its scenes. A button over the still opens one of them: the
    still makes room for a stage with the scene, a choice of the figure's pictures, and the way back. Plotly.js and the
    scene's data are loaded at the first click (loading.js). A browser allows few WebGL contexts, so at most LIVE stages
-   are open on a page: opening one more closes the oldest. */
+   and labs are open on a page: opening one more closes the oldest. */
 (function () {
   "use strict";
   const LIVE = 4;
   const STEP = Math.PI / 18; // of one key press
-  const stages = []; // open, oldest first
+  const live = (spectralNotes.live ??= []); // what is open and can be stopped, oldest first; the labs are in it too
 
   function element(tag, attributes = {}, ...children) {
     const made = document.createElement(tag);
@@ -70,7 +70,7 @@
     try {
       if (!hasWebGL()) throw new Error("This browser draws no scenes: WebGL is missing or switched off.");
       const [scene] = await Promise.all([spectralNotes.data(place.scenes[chosen].file), spectralNotes.plotly()]);
-      while (stages.length >= LIVE) close(stages[0]);
+      while (live.length >= LIVE) live[0].stop();
       const stage = build(place, chosen);
       await draw(stage, scene);
       place.message.textContent = "";
@@ -94,7 +94,7 @@
       button.addEventListener("click", action);
       return button;
     };
-    const stage = { place, view, chosen };
+    const stage = { place, view, chosen, stop: () => close(stage) };
     const bar = element("div", { class: "scene-bar" });
     if (place.scenes.length > 1) {
       const options = place.scenes.map((_, k) => element("option", { value: String(k) }, named(place.scenes, k)));
@@ -113,7 +113,7 @@
     view.addEventListener("keydown", (event) => press(stage, event));
     place.frame.after(stage.element);
     place.frame.hidden = true;
-    stages.push(stage);
+    live.push(stage);
     return stage;
   }
 
@@ -195,7 +195,7 @@
 
   /** Give the place back to the still. */
   function close(stage, focus = false) {
-    stages.splice(stages.indexOf(stage), 1);
+    live.splice(live.indexOf(stage), 1);
     Plotly.purge(stage.view);
     stage.element.remove();
     stage.place.frame.hidden = false;

@@ -18,7 +18,7 @@ from http.server import SimpleHTTPRequestHandler, ThreadingHTTPServer
 from pathlib import Path
 
 import pytest
-from playwright.sync_api import Browser, Page, sync_playwright
+from playwright.sync_api import Browser, Page, Response, sync_playwright
 
 ROOT = Path(__file__).resolve().parents[2]
 HTML = Path(os.environ.get("SPECTRAL_NOTES_HTML", ROOT / "_build" / "html"))
@@ -27,6 +27,7 @@ OPTIONS = [
     "--no-sandbox", "--disable-quic", "--no-first-run", "--disable-background-networking", "--disable-sync",
     "--disable-component-update", "--use-gl=angle", "--use-angle=swiftshader", "--enable-unsafe-swiftshader",
 ]  # fmt: skip
+PATIENCE = 120_000  # milliseconds; drawing without a graphics card on a busy machine is slow
 
 
 def missing(what: str) -> None:
@@ -49,7 +50,7 @@ class Watch:
     own: str
     errors: list[str] = field(default_factory=list)
     foreign: list[str] = field(default_factory=list)
-    sizes: dict[str, int] = field(default_factory=dict)  # address -> bytes of the body
+    sizes: dict[str, int] = field(default_factory=dict)  # address -> bytes
 
     def follow(self, page: Page) -> None:
         """Listen to a page from now on."""
@@ -57,11 +58,16 @@ class Watch:
         page.on("pageerror", lambda error: self.errors.append(str(error)))
         page.on("requestfailed", lambda request: self.errors.append(f"{request.url[:120]}: {request.failure}"))
         page.on("request", lambda request: self._ask(request.url))
+        page.on("response", self._weigh)
 
     def _ask(self, url: str) -> None:
         """Note a request that leaves the book."""
         if not url.startswith((self.own, "data:", "blob:", "about:")):
             self.foreign.append(url)
+
+    def _weigh(self, response: Response) -> None:
+        """Note how large a file is."""
+        self.sizes[response.url] = int(response.headers.get("content-length", 0))
 
     def faults(self) -> list[str]:
         """Return what went wrong."""
@@ -116,11 +122,14 @@ def visit(browser: Browser, http: str, html: Path):
     def opened(name: str, over: str = "http", theme: str = "light", **options) -> Iterator[tuple[Page, Watch]]:
         own = {"http": http, "file": html.as_uri()}[over]
         context = browser.new_context(color_scheme=theme, **options)
-        page, watch = context.new_page(), Watch(own)
-        watch.follow(page)
-        page.goto(f"{own}/{name}", wait_until="load")
-        yield page, watch
-        context.close()
+        try:
+            context.set_default_timeout(PATIENCE)
+            page, watch = context.new_page(), Watch(own)
+            watch.follow(page)
+            page.goto(f"{own}/{name}", wait_until="load")
+            yield page, watch
+        finally:
+            context.close()
 
     return opened
 

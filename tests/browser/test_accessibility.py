@@ -27,3 +27,51 @@ def test_axe_finds_nothing_serious(visit, name, theme):
         page.wait_for_load_state("networkidle")
         assert page.evaluate("document.documentElement.dataset.theme") == theme
         assert severe(page) == []
+
+
+PICTURES = """[...document.querySelectorAll("article img")].map((picture) => ({
+  alt: picture.alt, caption: picture.closest("figure")?.querySelector("figcaption")?.textContent ?? ""
+}))"""
+
+
+def words(text: str) -> str:
+    """Return the words of a text alone."""
+    return " ".join(re.findall(r"\w+", text.lower()))
+
+
+def poor(alt: str, caption: str) -> bool:
+    """Say whether an alternative text says nothing of the picture: too short, a file's name, or the caption again."""
+    is_name = re.search(r"\.(png|webp|svg|jpe?g|gif)\b|_images|^[0-9a-f]{16,}$", alt)
+    return len(words(alt).split()) < 4 or bool(is_name) or words(alt) in words(caption)
+
+
+def test_every_picture_says_what_is_seen(visit, name):
+    with visit(name) as (page, _):
+        pictures = page.evaluate(PICTURES)
+    assert [picture for picture in pictures if poor(**picture)] == []
+
+
+def test_a_poor_alternative_text_is_found():
+    good = "A goat in red and blue, black lines between the colours."
+    assert not poor(good, "Mode 5 of the goat.")
+    assert poor("goat.png seen from the left side", "")
+    assert poor("A goat", "")
+    assert poor("Mode 5 of the goat", "Fig. 3 Mode 5 of the goat. #")
+
+
+def test_the_way_through_a_figure_by_keys(visit):
+    """A keyboard reaches the button, the scene, its tools, and comes back to the button."""
+    with visit("book/08_eigenfunctions.html") as (page, _):
+        button = page.locator(".scene-turn").first
+        button.focus()
+        page.keyboard.press("Enter")
+        page.wait_for_function("document.activeElement.classList.contains('scene-view')")
+        order = []
+        for _ in range(5):
+            page.keyboard.press("Tab")
+            order.append(page.evaluate("document.activeElement.getAttribute('aria-label')"))
+        assert order[0].startswith("Picture of Fig.")
+        assert order[1:] == ["Closer", "Farther", "As at first", "Back to the still picture"]
+        assert severe(page) == []
+        page.locator(".scene-view").first.press("Escape")
+        assert button.evaluate("(button) => button === document.activeElement")

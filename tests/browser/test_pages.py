@@ -1,16 +1,28 @@
-"""Every page of the built book loads without a complaint and without asking another host, served and from a folder."""
+"""Every page of the built book loads without a complaint, asks no other host, and loads little."""
 
 from __future__ import annotations
 
 import pytest
 
+FIRST_LOAD = 1_500_000  # bytes of a page, without the search index and MathJax
+LAB_DATA = 3_000_000
+
+
+def weight(sizes: dict[str, int]) -> int:
+    """Return the bytes of a first load that count."""
+    return sum(size for url, size in sizes.items() if "/mathjax/" not in url and "searchindex.js" not in url)
+
 
 @pytest.mark.parametrize("over", ["http", "file"])
-def test_a_page_loads_without_errors_and_asks_nobody(visit, name, over):
+def test_a_page_loads_little_without_errors_and_asks_nobody(visit, name, over, capsys):
     with visit(name, over) as (page, watch):
         page.wait_for_load_state("networkidle")
         assert page.title()
         assert watch.faults() == []
+    if over == "http":
+        with capsys.disabled():
+            print(f"\n{name}: first load {weight(watch.sizes) / 1e6:.2f} MB")
+        assert weight(watch.sizes) <= FIRST_LOAD, sorted(watch.sizes.items(), key=lambda one: -one[1])[:8]
 
 
 @pytest.mark.parametrize("over", ["http", "file"])
@@ -34,3 +46,11 @@ def test_the_watch_sees_a_foreign_request_and_an_error(visit):
         page.evaluate("console.error('broken')")
         assert "asks https://example.org/a" in watch.faults()
         assert "console: broken" in watch.faults()
+
+
+def test_what_a_lab_loads_on_request_is_small(html, capsys):
+    labs = {path.name: path.stat().st_size for path in (html / "_static" / "labs" / "data").glob("*.js")}
+    with capsys.disabled():
+        print("\n" + ", ".join(f"{name} {size / 1e6:.2f} MB" for name, size in labs.items()))
+    assert labs
+    assert max(labs.values()) <= LAB_DATA

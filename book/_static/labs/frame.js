@@ -4,8 +4,8 @@
 (() => {
   const notes = (globalThis.spectralNotes ??= {});
   const recipes = new Map(); // name -> { title, prompts, spatial, start }
-  const MAX_LIVE = 4; // labs that hold a WebGL context; starting another stops the oldest
-  const live = [];
+  const MAX_LIVE = 4; // labs and turned figures that hold a WebGL context; starting another stops the oldest
+  const live = (notes.live ??= []); // shared with scenes.js
 
   /** Called by a lab's file: what the lab is named, what to try and notice, and how it starts. */
   notes.defineLab = (name, recipe) => recipes.set(name, recipe);
