@@ -33,6 +33,7 @@ NAMED_PAGES = {
     "book/labs",
     "book/conventions",
     "book/large_meshes",
+    "book/for_teachers",
     "book/bibliography",
     "book/where_we_differ",
     "book/troubleshooting",

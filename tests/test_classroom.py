@@ -17,6 +17,7 @@ import assignments
 import build_book
 import nbformat
 import notebooks
+import objectives
 import pytest
 
 from spectral_notes.marking import Marks
@@ -303,3 +304,53 @@ def test_feedback_and_grades_come_out_at_the_end(course: Path) -> None:
     run_in(course, "nbgrader", "export")
     assert "Not right." in (course / "feedback" / "slips" / "1_fourier" / "fourier.html").read_text(encoding="utf-8")
     assert len((course / "grades.csv").read_text(encoding="utf-8").splitlines()) == 1 + 3 * len(ASSIGNMENTS)
+
+
+# --- the teacher's page ---------------------------------------------------------------------------------------------
+
+CHAPTERS = sorted((ROOT / "book").glob("[0-9][0-9]_*.ipynb"))
+
+
+def teachers_page() -> str:
+    """Return the teacher's page as it is stored."""
+    return (ROOT / objectives.PAGE).read_text(encoding="utf-8")
+
+
+def test_the_page_has_a_place_for_every_chapter() -> None:
+    places = [int(number) for number in objectives.MARKER.findall(teachers_page())]
+    assert places == list(range(1, 14))
+    assert {int(path.name[:2]) for path in CHAPTERS} <= set(places)
+
+
+@pytest.mark.parametrize("path", CHAPTERS, ids=[path.stem for path in CHAPTERS])
+def test_the_built_page_maps_every_objective_to_its_exercises(path: Path, tmp_path: Path) -> None:
+    (tmp_path / "book").mkdir()
+    shutil.copy(ROOT / objectives.PAGE, tmp_path / "book")
+    shutil.copy(path, tmp_path / "book")
+    objectives.fill(tmp_path)
+    page = (tmp_path / objectives.PAGE).read_text(encoding="utf-8")
+    assert page.count(objectives.MISSING) == 12
+    text = "\n\n".join(cell.source for cell in notebooks.read(path).cells)
+    numbers = re.findall(r"^- \*\*(\d+\.\d+)\*\*", text, re.MULTILINE)
+    assert 3 <= len(numbers) == len(objectives.objectives(text))
+    assert re.findall(r"^\* - \*\*(\d+\.\d+)\*\* \S", page, re.MULTILINE) == numbers
+    assert set(re.findall(r"\{ref\}`(ex-[a-z0-9-]+)`", page)) == set(re.findall(r":label: (ex-[a-z0-9-]+)", text))
+
+
+def test_an_objective_without_an_exercise_is_refused(tmp_path: Path) -> None:
+    nb = notebooks.read(CHAPTERS[0])
+    for cell in nb.cells:
+        cell.metadata["tags"] = [tag for tag in cell.metadata.get("tags", []) if tag != "objective-1.2"]
+    notebooks.write(tmp_path / CHAPTERS[0].name, notebooks.to_text(nb))
+    with pytest.raises(notebooks.NotebookError, match="no exercise tests objective 1.2"):
+        objectives.filled("% objectives of chapter 1\n", tmp_path)
+
+
+def test_every_chapter_has_a_sketch_three_beliefs_and_words_for_marking() -> None:
+    sections = re.split(r"^### (?=\d+ · )", teachers_page(), flags=re.MULTILINE)[1:]
+    assert len(sections) == 13
+    for number, section in enumerate(sections, start=1):
+        assert (ROOT / "book" / "_static" / "board" / f"{number:02d}.svg").exists()
+        assert f"_static/board/{number:02d}.svg" in section and ":alt: " in section
+        assert len(re.findall(r'^- "[^\n]+" Ask: [^\n]+\([^\n]+\)$', section, re.MULTILINE)) == 3
+        assert all(word in section for word in ("**Time:**", "**Before it:**", "**Assignment:**", "*In words.*"))

@@ -27,6 +27,7 @@ import check_book
 import exercises
 import lab_files
 import notebooks
+import objectives
 import scene_files
 import viewer_files
 import yaml
@@ -121,6 +122,8 @@ def main(arguments: list[str] | None = None) -> int:
     pages = parent / "_build" / "pages"
     scene_files.write_scenes(executed, pages, build / "static")
     stage(root, pages, build / "static", source)
+    if (source / objectives.PAGE).exists():
+        objectives.fill(source)
     if status := render(source, parent):
         return status
     return check_book.main([str(parent / "_build" / "html"), "--toc", str(root / "_toc.yml")])
