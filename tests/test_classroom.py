@@ -7,9 +7,11 @@ import functools
 import json
 import os
 import re
+import shlex
 import shutil
 import subprocess
 import sys
+import tomllib
 from pathlib import Path
 from typing import Any
 
@@ -19,6 +21,7 @@ import nbformat
 import notebooks
 import objectives
 import pytest
+import yaml
 
 from spectral_notes.marking import Marks
 
@@ -299,11 +302,27 @@ def test_the_marking_guide_holds_every_written_question(course: Path) -> None:
     assert "SOLUTION" not in guide
 
 
-def test_feedback_and_grades_come_out_at_the_end(course: Path) -> None:
-    run_in(course, "nbgrader", "generate_feedback", "1_fourier", "--force")
-    run_in(course, "nbgrader", "export")
+def test_the_commands_for_one_laptop_work(course: Path) -> None:
+    readme = (ROOT / "classroom" / "README.md").read_text(encoding="utf-8")
+    block = re.search(r"^## On one laptop.*?```sh\n(.*?)```", readme, re.MULTILINE | re.DOTALL)
+    assert block
+    commands = [shlex.split(line, comments=True) for line in block[1].splitlines() if line.startswith("nbgrader ")]
+    assert [command[1] for command in commands] == ["autograde", "generate_feedback", "export"]
+    for command in commands:
+        run_in(course, *command)
     assert "Not right." in (course / "feedback" / "slips" / "1_fourier" / "fourier.html").read_text(encoding="utf-8")
     assert len((course / "grades.csv").read_text(encoding="utf-8").splitlines()) == 1 + 3 * len(ASSIGNMENTS)
+
+
+def test_the_recipe_for_a_hub_names_what_is_there() -> None:
+    recipe = (ROOT / "classroom" / "Dockerfile").read_text(encoding="utf-8")
+    copied = [word for line in re.findall(r"^COPY (.*) \S+$", recipe, re.MULTILINE) for word in line.split()]
+    assert copied and all((ROOT / name).exists() for name in copied)
+    assert not any(name.startswith(("classroom", ".", "tests")) for name in copied), "solutions in the image"
+    image = yaml.safe_load((ROOT / "classroom" / "jupyterhub" / "values.yaml").read_text(encoding="utf-8"))["singleuser"]["image"]
+    version = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]["version"]
+    assert image["tag"] == version
+    assert f"--tag {image['name']}:{version}" in recipe
 
 
 # --- the teacher's page ---------------------------------------------------------------------------------------------
