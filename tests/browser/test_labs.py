@@ -9,6 +9,7 @@ import re
 import lab_files
 import numpy as np
 import pytest
+from axe_playwright_python.sync_playwright import Axe
 from PIL import Image
 
 from spectral_notes.eigenbasis import compute_eigenbasis
@@ -150,6 +151,13 @@ def test_a_step_costs_little(lab):
         times.append(lab.root.evaluate("(element) => element.stepMilliseconds"))
     print(f"{lab.name}: {min(times):.1f} to {max(times):.1f} ms")
     assert min(times) < STEP_MILLISECONDS  # the least of many: what the code costs when nobody else is at work
+
+
+def test_axe_finds_nothing_serious_in_a_running_lab(lab):
+    for theme in ("dark", "light"):
+        lab.page.evaluate("(theme) => (document.documentElement.dataset.theme = theme)", theme)
+        found = Axe().run(lab.page, context="spectral-lab", options={"resultTypes": ["violations"]}).response["violations"]
+        assert [(one["id"], one["nodes"][0]["html"][:200]) for one in found if one["impact"] in ("serious", "critical")] == []
 
 
 def test_a_lab_stops_and_starts_again_without_a_complaint(lab):

@@ -30,7 +30,7 @@
     const parts = lab.number("Parts");
     const agreement = lab.number(`Agreement with ${names[0]} (adjusted Rand index)`);
     const smallest = lab.number("Smallest part, % of the vertices");
-    const scene = new notes.Scene(lab, `The ${name}, one colour for each part`, shapes.map((coordinates) => ({ coordinates, faces })), { eye, up });
+    const scene = new notes.Scene(lab, `The ${name}, one colour for each part`, [{ coordinates: shapes[0], faces, room: shapes }], { eye, up });
 
     const update = lab.steps(
       () => {
@@ -47,9 +47,8 @@
         parts(sizes.length);
         agreement(rand.toFixed(3));
         smallest(((100 * Math.min(...sizes)) / n).toFixed(1));
-        scene.meshes.forEach((mesh, i) => (mesh.visible = i === pose.selectedIndex));
-        const painted = { values, colors: numerics.labelScale(), limits: [0, 12], onFaces: true };
-        return scene.paint({ surfaces: scene.meshes.map((_, i) => (i === pose.selectedIndex ? painted : {})) });
+        const coordinates = shapes[pose.selectedIndex];
+        return scene.paint({ surfaces: [{ coordinates, values, colors: numerics.labelScale(), limits: [0, 12], onFaces: true }] });
       },
     );
     update();

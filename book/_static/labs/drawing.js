@@ -28,6 +28,18 @@
     return v.map((value, d) => value * Math.cos(angle) + side[d] * Math.sin(angle) + axis[d] * along * (1 - Math.cos(angle)));
   }
 
+  /** Axes that are not seen and do not change when the surfaces do. */
+  function axesAround(surfaces) {
+    const shapes = surfaces.flatMap(({ coordinates, room }) => room ?? [coordinates]);
+    const axis = (d) => {
+      const ends = shapes.flatMap((shape) => [Math.min(...shape[d]), Math.max(...shape[d])]);
+      const [low, high] = [Math.min(...ends), Math.max(...ends)];
+      const rim = 0.06 * (high - low) + 0.01;
+      return { visible: false, range: [low - rim, high + rim] };
+    };
+    return { xaxis: axis(0), yaxis: axis(1), zaxis: axis(2) };
+  }
+
   /** Move the second of two shapes to the right of the first, as seen from the eye. */
   function beside(first, second, eye, up) {
     const right = cross(up, eye);
@@ -37,7 +49,8 @@
     return second.map((x, d) => x.map((value) => value + (gap * right[d]) / length));
   }
 
-  /** A scene of surfaces; surface = { coordinates: [x, y, z], faces }. Arrow keys turn it, plus and minus come closer. */
+  /** A scene of surfaces = { coordinates: [x, y, z], faces, room }: `room` holds all coordinates that a surface will take,
+      where it moves far. Arrow keys turn the scene, plus and minus come closer. */
   class Scene {
     constructor(lab, label, surfaces, { eye, up }) {
       this.box = element("div", { class: "lab-scene", tabindex: 0, role: "group", "aria-label": `${label}. Arrow keys turn it.` });
@@ -55,21 +68,10 @@
       this.up = up;
       this.layout = {
         margin: { l: 0, r: 0, t: 0, b: 0 }, paper_bgcolor: "rgba(0,0,0,0)", showlegend: false, uirevision: "one", autosize: true,
-        scene: { aspectmode: "data", dragmode: "orbit", camera: { eye: point(this.eye), up: point(up) }, ...this.axes() },
+        scene: { aspectmode: "data", dragmode: "orbit", camera: { eye: point(this.eye), up: point(up) }, ...axesAround(surfaces) },
       };
       this.box.addEventListener("keydown", (event) => this.key(event));
       lab.stopping.push(() => globalThis.Plotly.purge(this.box));
-    }
-
-    /** Axes that are not seen and do not change when the surface does. */
-    axes() {
-      const axis = (name) => {
-        const ends = this.meshes.flatMap((mesh) => [Math.min(...mesh[name]), Math.max(...mesh[name])]);
-        const [low, high] = [Math.min(...ends), Math.max(...ends)];
-        const rim = 0.06 * (high - low) + 0.01;
-        return { visible: false, range: [low - rim, high + rim] };
-      };
-      return { xaxis: axis("x"), yaxis: axis("y"), zaxis: axis("z") };
     }
 
     /** Paint what changed: surfaces[i] = { coordinates, values, colors, limits, onFaces }, lines, dots (coordinate lists). */

@@ -37,7 +37,7 @@
     }
 
     disconnectedCallback() {
-      this.stop();
+      if (this.still) this.stop();
     }
 
     /** Show the still picture and the button that starts the lab. */
@@ -77,8 +77,7 @@
     /** Free what the lab holds, and show the still picture again. */
     stop() {
       if (live.includes(this)) live.splice(live.indexOf(this), 1);
-      for (const free of this.stopping ?? []) free();
-      this.stopping = [];
+      for (const free of this.stopping?.splice(0) ?? []) free();
       this.rest();
     }
 
