@@ -113,20 +113,6 @@ def test_a_lab_says_what_to_try_and_names_its_controls(lab):
         assert control.get_attribute("aria-label"), control.evaluate("(c) => c.outerHTML.slice(0, 80)")
 
 
-def test_every_slider_moves_a_number_by_the_keyboard(lab):
-    if lab.name == "functional-map":
-        lab.choose("Matrix", "The identity")
-    for slider in lab.root.locator("input[type=range]").all():
-        label = slider.get_attribute("aria-label")
-        before = numbers(lab), slider.get_attribute("aria-valuetext")
-        slider.focus()
-        lab.page.keyboard.press("Home" if slider.evaluate("(s) => s.value === s.max") else "End")
-        lab.settle()
-        assert slider.get_attribute("aria-valuetext") != before[1], label
-        if label != "Wave k":  # chooses what the next slider changes, and is a number itself
-            assert numbers(lab) != before[0], label
-
-
 def test_a_canvas_is_not_one_colour_and_turns_by_the_keyboard(lab):
     scene = lab.root.locator(".lab-scene")
     if lab.name == "fourier":
@@ -140,6 +126,20 @@ def test_a_canvas_is_not_one_colour_and_turns_by_the_keyboard(lab):
     lab.page.keyboard.press("ArrowLeft")
     lab.page.wait_for_timeout(500)
     assert scene.screenshot() != seen
+
+
+def test_every_slider_moves_a_number_by_the_keyboard(lab):
+    if lab.name == "functional-map":
+        lab.choose("Matrix", "The identity")
+    for slider in lab.root.locator("input[type=range]").all():
+        label = slider.get_attribute("aria-label")
+        before = numbers(lab), slider.get_attribute("aria-valuetext")
+        slider.focus()
+        lab.page.keyboard.press("Home" if slider.evaluate("(s) => s.value === s.max") else "End")
+        lab.settle()
+        assert slider.get_attribute("aria-valuetext") != before[1], label
+        if label != "Wave k":  # chooses what the next slider changes, and is a number itself
+            assert numbers(lab) != before[0], label
 
 
 def test_a_step_costs_little(lab):

@@ -31,13 +31,14 @@
   /** Axes that are not seen and do not change when the surfaces do. */
   function axesAround(surfaces) {
     const shapes = surfaces.flatMap(({ coordinates, room }) => room ?? [coordinates]);
-    const axis = (d) => {
+    const ranges = [0, 1, 2].map((d) => {
       const ends = shapes.flatMap((shape) => [Math.min(...shape[d]), Math.max(...shape[d])]);
-      const [low, high] = [Math.min(...ends), Math.max(...ends)];
-      const rim = 0.06 * (high - low) + 0.01;
-      return { visible: false, range: [low - rim, high + rim] };
-    };
-    return { xaxis: axis(0), yaxis: axis(1), zaxis: axis(2) };
+      return [Math.min(...ends) - 0.02, Math.max(...ends) + 0.02];
+    });
+    const longest = Math.max(...ranges.map(([low, high]) => high - low));
+    const [x, y, z] = ranges.map(([low, high]) => (high - low) / longest);
+    const [xaxis, yaxis, zaxis] = ranges.map((range) => ({ visible: false, range }));
+    return { xaxis, yaxis, zaxis, aspectmode: "manual", aspectratio: { x, y, z } };
   }
 
   /** Move the second of two shapes to the right of the first, as seen from the eye. */
@@ -64,11 +65,11 @@
       this.lines = { ...marks, mode: "lines", line: { color: "#000", width: 4 } };
       this.dots = { ...marks, mode: "markers", marker: { color: "#ffd200", size: 5, line: { color: "#111", width: 2 } } };
       const length = Math.hypot(...eye);
-      this.eye = eye.map((value) => (2.05 * value) / length);
+      this.eye = eye.map((value) => (1.45 * value) / length);
       this.up = up;
       this.layout = {
         margin: { l: 0, r: 0, t: 0, b: 0 }, paper_bgcolor: "rgba(0,0,0,0)", showlegend: false, uirevision: "one", autosize: true,
-        scene: { aspectmode: "data", dragmode: "orbit", camera: { eye: point(this.eye), up: point(up) }, ...axesAround(surfaces) },
+        scene: { dragmode: "orbit", camera: { eye: point(this.eye), up: point(up) }, ...axesAround(surfaces) },
       };
       this.box.addEventListener("keydown", (event) => this.key(event));
       lab.stopping.push(() => globalThis.Plotly.purge(this.box));
