@@ -46,7 +46,7 @@ notebooks: $(READY)  ## run the notebooks (or NB=book/NAME.ipynb) and store thei
 	$(PY) tools/notebooks.py run --jobs $(JOBS) $(NB)
 
 serve: book  ## look at the book at http://localhost:8000
-	$(PY) -m http.server --bind 127.0.0.1 --directory _build/html 8000
+	$(PY) -m http.server --bind 127.0.0.1 --directory $(if $(filter student,$(EDITION)),_build/student/)_build/html 8000
 
 lab: $(READY)  ## open the notebooks in JupyterLab
 	$(PY) -m jupyterlab book

@@ -139,6 +139,7 @@ RIGHT: list[tuple[str, Callable[[], ck.Verdict]]] = [
     ("eigenbasis: scipy", lambda: ck.check_eigenbasis(by_scipy(5), L, M, 5)),
     ("eigenbasis: all modes", lambda: ck.check_eigenbasis(scipy.linalg.eigh(*small()), *map(sp.csr_array, small()), 12)),
     ("coefficients: list", lambda: ck.check_coefficients(B.analyze(SIGNAL).tolist(), B, SIGNAL)),
+    ("coefficients: a function", lambda: ck.check_coefficients(B.analyze, B, SIGNAL)),
     ("coefficients: three at once", lambda: ck.check_coefficients(B.evecs.T @ (M @ BALL.vertices), B, BALL.vertices)),
     ("embedding: signs", lambda: ck.check_embedding(-embedded(GPS), B, 3)),
     ("embedding: turned", lambda: ck.check_embedding(embedded(GPS) @ TURN, B, 3)),
@@ -193,6 +194,11 @@ def small() -> tuple[np.ndarray, np.ndarray]:
     return pair[0].toarray(), pair[1].toarray()
 
 
+def small_modes() -> tuple[np.ndarray, np.ndarray]:
+    """All modes of the icosahedron."""
+    return scipy.linalg.eigh(*small())
+
+
 def without(A: np.ndarray, row: int) -> np.ndarray:
     """A matrix with one empty row."""
     B = np.array(A)
@@ -233,7 +239,7 @@ WRONG: list[Case] = [
     ("dft: off by one", lambda: ck.check_dft(np.roll(DFT, 1), F), "off by one"),
     ("dft: shifted", lambda: ck.check_dft(np.fft.fftshift(DFT), F), "fftshift"),
     ("dft: cosines only", lambda: ck.check_dft(DFT.real, F), "Only the cosines"),
-    ("dft: scale", lambda: ck.check_dft(DFT / 24, F, scaling="numpy"), "factor 1 / N"),
+    ("dft: scale", lambda: ck.check_dft(DFT / 24, F, scaling="numpy"), "that of 'mean'"),
     ("dft: twice", lambda: ck.check_dft(2 * DFT / 24, F), "a factor of 2"),
     ("dft: pair with the sign of numpy", lambda: ck.check_dft((DFT.real / 24, DFT.imag / 24), F), "wrong sign"),
     ("dft: one frequency lost", lambda: ck.check_dft(DFT * (np.arange(24) != 7), F), "index 7"),
@@ -281,6 +287,8 @@ WRONG: list[Case] = [
     ("eigenbasis: roots", lambda: ck.check_eigenbasis((np.sqrt(B.evals), B.evecs), L, M, 9), "frequencies"),
     ("eigenbasis: negative", lambda: ck.check_eigenbasis((-B.evals[::-1], B.evecs[:, ::-1]), L, M, 9), "other sign"),
     ("eigenbasis: descending", lambda: ck.check_eigenbasis((B.evals[::-1], B.evecs[:, ::-1]), L, M, 9), "ascend"),
+    ("eigenbasis: out of step at the top", lambda: ck.check_eigenbasis((small_modes()[0], small_modes()[1][:, [*range(3), 11, *range(4, 11), 3]]), *map(sp.csr_array, small()), 12), "same order"),
+    ("eigenbasis: three percent off", lambda: ck.check_eigenbasis((B.evals * [1, 1.03, 1.03, 1.03, 1, 1, 1, 1, 1], B.evecs), L, M, 9), "smallest of"),
     ("eigenbasis: out of step", lambda: ck.check_eigenbasis((B.evals, swapped()), L, M, 9), "same order"),
     ("eigenbasis: of L alone", lambda: ck.check_eigenbasis(np.linalg.eigh(L.toarray()), L, M, 162), "smallest of"),
     ("eigenbasis: transposed", lambda: ck.check_eigenbasis((B.evals, B.evecs.T), L, M, 9), "transposed"),
