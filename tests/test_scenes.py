@@ -12,7 +12,7 @@ import pytest
 from scipy.spatial import cKDTree
 
 from spectral_notes import plotting, scenes, shapes
-from spectral_notes._scene_meshes import edge_polylines, lift, lighten, nodal_polylines
+from spectral_notes._scene_meshes import _carried, edge_polylines, lift, lighten, nodal_polylines
 from spectral_notes.meshes import PointCloud, TriangleMesh, edges, row_norms
 from spectral_notes.rendering import DEFAULT_CAMERA, LABEL_COLORS, SurfaceView
 
@@ -99,6 +99,20 @@ def test_decimation_keeps_values(ball):
     x, y, _ = (light.surface.vertices / row_norms(light.surface.vertices)[:, None]).T
     assert np.abs(light.values - np.sin(6 * x) * np.cos(5 * y)).max() < 0.02
     assert light.color_limits == SurfaceView(ball, f).color_limits
+
+
+def test_flat_parts_keep_their_function_because_values_count_in_the_metric(monkeypatch):
+    part = shapes.bracket()
+    f = np.cos(9 * part.vertices[:, 0]) * np.cos(9 * part.vertices[:, 1])
+
+    def error() -> float:
+        light = lighten(SurfaceView(part, f), 4000)
+        back = _carried(light.surface, light.values, part, False)
+        return float(np.sqrt(np.mean((back - f) ** 2)))
+
+    with_values = error()
+    monkeypatch.setattr("spectral_notes._scene_meshes.VALUE_WEIGHT", 1e-9)
+    assert 10 * with_values < error()
 
 
 def test_decimation_keeps_the_values_of_faces(ball):

@@ -3,16 +3,20 @@
 from __future__ import annotations
 
 import json
+import shutil
 import subprocess
 import sys
 from pathlib import Path
+from types import SimpleNamespace
 
 import build_book
 import check_book
 import nbformat
 import notebooks
+import page_finish
 import pytest
 import scene_files
+from PIL import Image
 
 TOOLS = Path(notebooks.__file__).parent
 FIGURE = {
@@ -312,6 +316,37 @@ def test_figures_bring_their_scenes_into_the_book_and_not_into_stored_outputs(pr
     assert notebooks.read(project / "_build/executed/00_tiny.ipynb").cells[1].outputs[0]["text"] == "1\n"
     assert tool("notebooks.py", "run", path).returncode == 0
     assert notebooks.read(path).cells[1].outputs[0]["text"] == "None\n"
+
+
+# --- what a page loads --------------------------------------------------------------------------------------------
+
+
+def builder(tmp_path: Path) -> SimpleNamespace:
+    """Return what a Sphinx extension sees of a book with one picture."""
+    Image.new("RGB", (40, 20), "white").save(tmp_path / "goat.png")
+    (tmp_path / "out/_images").mkdir(parents=True)
+    (tmp_path / "out/_static/scripts").mkdir(parents=True)
+    shutil.copy(tmp_path / "goat.png", tmp_path / "out/_images/goat1.png")
+    made = SimpleNamespace(format="html", images={"goat.png": "goat1.png"})
+    return SimpleNamespace(srcdir=tmp_path, outdir=tmp_path / "out", builder=made)
+
+
+def test_pictures_come_light_when_they_are_scrolled_to(tmp_path: Path) -> None:
+    app = builder(tmp_path)
+    other = '<img alt="A lab." src="../_static/lab.png"/>'
+    context = {"body": f'<img alt="A goat: 2 &gt; 1." src="../_images/goat1.png" />{other}'}
+    page_finish.finish_page(app, "book/a", "page.html", context, None)
+    light = 'width="40" height="20" loading="lazy" decoding="async" alt="A goat: 2 &gt; 1." src="../_images/goat1.webp"'
+    assert context["body"] == f"<img {light} />{other}"
+    page_finish.write_light_files(app, None)
+    with Image.open(tmp_path / "out/_images/goat1.webp") as picture:
+        assert picture.size == (40, 20)
+    assert (tmp_path / "out/_static/scripts/fontawesome.js").stat().st_size < 100
+
+
+def test_a_failed_build_writes_no_light_files(tmp_path: Path) -> None:
+    page_finish.write_light_files(builder(tmp_path), RuntimeError("broken"))
+    assert not list((tmp_path / "out/_images").glob("*.webp"))
 
 
 # --- the rendered book ----------------------------------------------------------------------------------------------
