@@ -222,7 +222,7 @@ def embeddings(
     Returns
     -------
     rows_1, rows_2 : ndarray, shapes (n1, d) and (n2, d)
-        Phi_1 C_12^T and Phi_2; or Phi_1 and Phi_2 C_12.
+        Phi_1 C_12^T area_1 / area_2 and Phi_2; or Phi_1 and Phi_2 C_12.
 
     Examples
     --------
@@ -235,8 +235,21 @@ def embeddings(
     k_2, k_1 = C.shape
     rows_1, rows_2 = basis_1.evecs[:, :k_1], basis_2.evecs[:, :k_2]
     if as_choice("side", side, SIDES) == "functions":
-        return rows_1 @ C.T, rows_2
+        return rows_1 @ (C.T * size_ratio(basis_1, basis_2)), rows_2
     return rows_1, rows_2 @ C
+
+
+def size_ratio(basis_1: Eigenbasis, basis_2: Eigenbasis) -> float:
+    """Return area 1 / area 2: times C_12^T it is the inverse of C_12 where shape 2 is a scaled copy of shape 1.
+
+    Examples
+    --------
+    >>> from spectral_notes import compute_eigenbasis, interval_laplacian
+    >>> basis = compute_eigenbasis(*interval_laplacian(11), k=3)
+    >>> size_ratio(basis, basis)
+    1.0
+    """
+    return float(basis_1.M.sum() / basis_2.M.sum())
 
 
 def nearest_rows(rows_1: ArrayLike, rows_2: ArrayLike) -> IntArray:

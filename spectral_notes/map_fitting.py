@@ -17,6 +17,7 @@ from spectral_notes.descriptors import (
     wave_kernel_signature,
 )
 from spectral_notes.eigenbasis import Eigenbasis
+from spectral_notes.functional_maps import size_ratio
 from spectral_notes.mesh_calculus import arrows_of_rows, gradient_matrix
 from spectral_notes.meshes import TriangleMesh, face_areas, face_normals
 from spectral_notes.signatures import first_nonzero
@@ -259,7 +260,7 @@ def fit_functional_map(
         C = _solve_coupled(gram, target, penalty, operators, w_operators)
     else:
         C = np.array([np.linalg.solve(gram + np.diag(own), row) for own, row in zip(penalty, target, strict=True)])
-    return np.asarray(C * np.sqrt(basis_2.M.sum() / basis_1.M.sum()))
+    return np.asarray(C * np.sqrt(size_ratio(basis_2, basis_1)))
 
 
 def _solve_coupled(

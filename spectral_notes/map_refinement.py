@@ -9,7 +9,7 @@ from numpy.typing import ArrayLike
 
 from spectral_notes._checks import FloatArray, IntArray, as_count, as_indices
 from spectral_notes.eigenbasis import Eigenbasis
-from spectral_notes.functional_maps import as_functional_map, functional_map, nearest_rows, point_map
+from spectral_notes.functional_maps import as_functional_map, functional_map, nearest_rows, point_map, size_ratio
 from spectral_notes.meshes import TriangleMesh
 
 
@@ -52,7 +52,7 @@ def icp(basis_1: Eigenbasis, basis_2: Eigenbasis, C_12: ArrayLike, *, n_rounds: 
     """
     C = as_functional_map(basis_1, basis_2, C_12)
     short_1, short_2 = basis_1.truncate(C.shape[1]), basis_2.truncate(C.shape[0])
-    ratio = np.sqrt(basis_2.M.sum() / basis_1.M.sum())
+    ratio = np.sqrt(size_ratio(basis_2, basis_1))
     for _ in range(as_count("n_rounds", n_rounds, 0)):
         left, _, right = np.linalg.svd(functional_map(short_1, short_2, point_map(short_1, short_2, C)), False)
         C = left @ right * ratio
@@ -107,8 +107,9 @@ def zoomout(
     k = as_count("k", min(basis_1.k, basis_2.k) if k is None else k, max(C.shape), min(basis_1.k, basis_2.k))
     step = as_count("step", step, 1)
     rows_1, rows_2, analyze = _working_set(basis_1, basis_2, samples, k)
+    ratio = size_ratio(basis_1, basis_2)
     while C.shape != (k, k):
-        nearest = nearest_rows(rows_1[:, : C.shape[1]] @ C.T, rows_2[:, : C.shape[0]])
+        nearest = nearest_rows(rows_1[:, : C.shape[1]] @ (C.T * ratio), rows_2[:, : C.shape[0]])
         k_2, k_1 = (min(k, size + step) for size in C.shape)
         C = analyze(rows_1[nearest, :k_1], k_2)
     return C
@@ -160,10 +161,11 @@ def bijective_zoomout(
     step = as_count("step", step, 1)
     rows_1, rows_2, analyze_2 = _working_set(basis_1, basis_2, samples, k)
     analyze_1 = _working_set(basis_2, basis_1, None if samples is None else samples[::-1], k)[2]
+    ratio = size_ratio(basis_1, basis_2)
     while len(C) < k:
         j, following = len(C), min(k, len(C) + step)
-        both_1 = np.hstack([rows_1[:, :j] @ C.T, rows_1[:, :j]])
-        both_2 = np.hstack([rows_2[:, :j], rows_2[:, :j] @ D.T])
+        both_1 = np.hstack([rows_1[:, :j] @ (C.T * ratio), rows_1[:, :j]])
+        both_2 = np.hstack([rows_2[:, :j], rows_2[:, :j] @ (D.T / ratio)])
         C = analyze_2(rows_1[nearest_rows(both_1, both_2), :following], following)
         D = analyze_1(rows_2[nearest_rows(both_2, both_1), :following], following)
     return C, D

@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
+import igl
 import numpy as np
 import scipy.sparse as sp
 from numpy.typing import ArrayLike
 
-from spectral_notes._checks import FloatArray, as_indices
+from spectral_notes._checks import FloatArray, IntArray, as_count, as_indices
 from spectral_notes.eigenbasis import Eigenbasis
 from spectral_notes.functional_maps import as_point_map, embeddings, nearest_rows
 from spectral_notes.geodesics import geodesic_distances
@@ -160,6 +161,53 @@ def geodesic_errors(mesh_1: TriangleMesh, p2p_21: ArrayLike, true_21: ArrayLike)
     return (errors / np.sqrt(mesh_1.area)).reshape(images.shape)
 
 
+def coarse_copy(mesh: TriangleMesh, n_faces: int) -> tuple[IntArray, sp.csr_array]:
+    """Return another, coarser triangulation of a shape and the true map from it: something to test a matcher on.
+
+    Edges are collapsed until `n_faces` are left, and the new vertices moved to the nearest point of the old surface.
+    The map serves every pose of the mesh: `P @ posed.vertices` are the vertices of the copy in that pose.
+
+    Parameters
+    ----------
+    mesh : TriangleMesh
+        The shape, a manifold.
+    n_faces : int
+        Faces of the copy, at least 4 and at most those of the mesh.
+
+    Returns
+    -------
+    faces : ndarray of int64, shape (n_faces, 3)
+        The faces of the copy; one less where the last collapse took two.
+    P : csr_array, shape (n_copy, n)
+        Barycentric coordinates of the copy's vertices in faces of the mesh; rows sum to one.
+
+    Raises
+    ------
+    TypeError, ValueError
+        If `n_faces` is out of range, or the mesh cannot be coarsened so far.
+
+    Examples
+    --------
+    >>> from spectral_notes.shapes import sphere
+    >>> ball = sphere(4)
+    >>> faces, P = coarse_copy(ball, 1000)
+    >>> len(faces), TriangleMesh(P @ ball.vertices, faces).n_vertices
+    (1000, 502)
+    """
+    n_faces = as_count("n_faces", n_faces, 4, mesh.n_faces)
+    points, faces = igl.decimate(mesh.vertices, mesh.faces, n_faces)[:2]
+    if len(faces) > n_faces:
+        raise ValueError(f"mesh must be a manifold to be coarsened; it stopped at {len(faces)} of {n_faces} faces")
+    _, nearest, foot = igl.point_mesh_squared_distance(points, mesh.vertices, mesh.faces)
+    corners = mesh.faces[nearest]
+    weights = igl.barycentric_coordinates(foot, *(mesh.vertices[corners[:, c]] for c in range(3)))
+    weights = np.clip(weights, 0.0, 1.0)
+    weights /= weights.sum(axis=1, keepdims=True)
+    rows = np.repeat(np.arange(len(points)), 3)
+    P = sp.csr_array((weights.ravel(), (rows, corners.ravel())), shape=(len(points), mesh.n_vertices))
+    return faces.astype(np.int64), P
+
+
 def _nearest_points(triangles: FloatArray, points: FloatArray) -> tuple[FloatArray, FloatArray]:
     """Barycentric coordinates (p, 3) of the point of each triangle (p, 3, d) nearest to a point, and squared gaps."""
     start = triangles[:, 0]
@@ -178,4 +226,4 @@ def _nearest_points(triangles: FloatArray, points: FloatArray) -> tuple[FloatArr
     gaps[0, (s[0] < 0.0) | (t[0] < 0.0) | (s[0] + t[0] > 1.0)] = np.inf
     best, column = gaps.argmin(axis=0), np.arange(len(uu))
     s, t = s[best, column], t[best, column]
-    return np.column_stack([1.0 - s - t, s, t]), gaps[best, column]
+    return np.maximum(np.column_stack([1.0 - s - t, s, t]), 0.0), gaps[best, column]
