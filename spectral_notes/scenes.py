@@ -22,13 +22,14 @@ from spectral_notes._checks import as_count
 from spectral_notes._scene_meshes import is_faceted, lighten
 from spectral_notes._scene_traces import TOP, Frame, all_points, frame_of, traces_of
 from spectral_notes.labs import lab as lab  # scenes.lab(...): the labs of the book on meshes of one's own
-from spectral_notes.meshes import TriangleMesh
+from spectral_notes.meshes import TriangleMesh, row_norms
 from spectral_notes.rendering import SurfaceView
 
 MAX_VERTICES = 5000
 MAX_BYTES = 249_000  # of a scene as text: a file of 250 kB with the call around it
 MIME = "application/vnd.spectral-notes.scenes+json"
 SWITCH = "SPECTRAL_NOTES_SCENES"  # set while the notebooks run for the book: figures then bring their scenes
+TURNED = 0.75  # of the farthest reach that a picture shows upward, even where the first sight is flatter
 SIGNS = {"lambda": "λ", "approx": "≈", "times": "×", "cdot": "·", "infty": "∞"}
 
 Scene = dict[str, Any]
@@ -96,7 +97,7 @@ def scene(view: SurfaceView, *, color_bar: str = "", n_max: int = MAX_VERTICES) 
     -------
     dict
         `data`, the traces, and `layout`; arrays are of 16-bit integers where they are positions. `layout["meta"]`
-        holds half the width and half the height of what is seen, as shares of the width of the scene's box.
+        holds half the width and half the height that a picture must show, as shares of the width of the scene's box.
 
     Examples
     --------
@@ -235,7 +236,8 @@ def _layout(view: SurfaceView, frame: Frame) -> dict[str, Any]:
     eye /= np.linalg.norm(eye)
     seen = frame.place(all_points(view)) / (2 * TOP)
     height = seen @ np.cross([1.0, 0.0, 0.0], -eye)
-    half = [float(np.abs(seen[:, 0]).max()), float(np.abs(height).max())]
+    wide, far = (float(row_norms(seen[:, :k]).max()) for k in (2, 3))  # a turn must not lead out of the picture
+    half = [wide, max(float(np.abs(height).max()), TURNED * far)]
     zoom = 1 / (1.05 * max(half[1], half[0] / 1.4))  # fits a picture 1.4 times as wide as high
     axis = {"visible": False, "range": [-TOP * 1.05, TOP * 1.05], "autorange": False}
     return {
