@@ -53,9 +53,8 @@ def check_dft(answer: object, f: ArrayLike, *, scaling: str = "any", within: flo
     if len(F) == n // 2 + 1 and n > 2 and not np.iscomplexobj(signal):
         true = true[: n // 2 + 1]  # what rfft returns: the rest mirrors it
     demand(len(F) == len(true), f"there are {n} coefficients", f"{len(F)} came.")
-    allowed = {"numpy": 1.0, "mean": 1.0 / n, "unitary": n**-0.5}
     size = abs(true).max() or 1.0
-    for name, factor in allowed.items():
+    for name, factor in _scales(n).items():
         if scaling in (name, "any") and abs(F / factor - true).max() <= within * size:
             return right("These are the coefficients of the signal.", TRANSFORM)
     return wrong(TRANSFORM, _slip_of_transform(F, true, n, scaling))
@@ -81,45 +80,36 @@ def _is_square(answer: Any, n: int) -> bool:
         return False
 
 
+def _scales(n: int) -> dict[str, float]:
+    """The factors that are in use before the sum."""
+    return {"numpy": 1.0, "mean": 1.0 / n, "unitary": n**-0.5}
+
+
 def _slip_of_transform(F: Any, true: Any, n: int, scaling: str) -> str:
     """Say what is wrong with coefficients."""
-    allowed = {"numpy": 1.0, "mean": 1.0 / n, "unitary": n**-0.5}
     size = abs(true).max() or 1.0
 
-    def near(other: Any) -> bool:
-        return other.shape == true.shape and any(abs(other / s - true).max() <= 2e-3 * size for s in allowed.values())
+    def scale_of(other: Any, goal: Any = true) -> str:
+        fits = (name for name, s in _scales(n).items() if abs(other / s - goal).max() <= 2e-3 * size)
+        return next(fits, "")
 
-    if near(F):
-        return f"The scale is off: the factor {_named(F, true, n)} is not the one asked for ({scaling})."
-    if near(F.conj()):
+    if name := scale_of(F):
+        return f"The scale is that of {name!r}, and {scaling!r} is asked for."
+    if scale_of(F.conj()):
         where = int(np.argmax(abs(true.imag)))
         sign = "exp(+i) where exp(-i) belongs?"
         return f"Coefficients of the sines have the wrong sign (largest at index {where}): {sign}"
-    for moved in (1, -1):
-        if near(np.roll(F, moved)):
-            return "The frequencies are off by one: k counts from 0, and F[0] is the sum of the signal."
-    if near(np.fft.ifftshift(F)):
+    if scale_of(np.roll(F, 1)) or scale_of(np.roll(F, -1)):
+        return "The frequencies are off by one: k counts from 0, and F[0] is the sum of the signal."
+    if scale_of(np.fft.ifftshift(F)):
         return "The frequencies are in another order: 0 first, as numpy.fft.fft has them. Is it shifted by fftshift?"
-    if near(F.real + 1j * true.imag * _factor(F, true)) and not abs(F.imag).max():
+    if not F.imag.any() and scale_of(F, true.real):
         return "Only the cosines are there: the imaginary part is zero where the signal has sines."
-    if near(F / 2) or near(F * 2):
-        return "It is off by a factor of 2 everywhere: does each frequency count once or twice?"
-    difference = F / _factor(F, true) - true
+    if scale_of(F / 2) or scale_of(F * 2):
+        return "Everywhere the same slip: a factor of 2. Does each frequency count once or twice?"
+    difference = min((F / s - true for s in _scales(n).values()), key=lambda gap: abs(gap).max())
     far = f"{abs(difference).max() / size:.2g} of the largest coefficient"
     return f"It differs by {far}, most at {place_of(difference)}."
-
-
-def _factor(F: Any, true: Any) -> float:
-    """The allowed-looking scale of coefficients, from their largest entry."""
-    top = int(np.argmax(abs(true.real)))
-    return float(abs(F[top].real) / (abs(true[top].real) or 1.0)) or 1.0
-
-
-def _named(F: Any, true: Any, n: int) -> str:
-    """The name of the scale of coefficients."""
-    ratio = abs(F).max() / (abs(true).max() or 1.0)
-    names = {1.0: "1", 1.0 / n: "1 / N", n**-0.5: "1 / sqrt(N)"}
-    return min(names.items(), key=lambda item: abs(np.log(max(ratio, 1e-300) / item[0])))[1]
 
 
 @judged
