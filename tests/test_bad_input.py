@@ -28,6 +28,7 @@ from spectral_notes import (
     arrows_of_rows,
     boundary_vertices,
     clean_mesh,
+    cli,
     compression,
     compute_eigenbasis,
     cotan_laplacian,
@@ -300,6 +301,64 @@ def test_every_public_name_is_covered() -> None:
     offered = set(spectral_notes.__all__)
     assert {name for name in offered if not inspect.signature(getattr(spectral_notes, name)).parameters} == WITHOUT_INPUT
     assert offered - {row.name for row in REFUSED} == WITHOUT_INPUT
+
+
+# --- hostile files through every command ------------------------------------------------------------------------------
+
+READERS = (
+    ["modes", "FILE", "-k", "4", "-o", "out.npz"],
+    ["segment", "FILE", "-n", "2", "-o", "out.csv"],
+    ["map", "FILE", "FILE", "-o", "out.csv"],
+    ["health", "FILE"],
+    ["compress", "FILE", "-o", "out.sgn"],
+)
+HOSTILE = {
+    "empty.obj": b"",
+    "empty.ply": b"",
+    "binary.obj": bytes(range(256)) * 40,
+    "a picture.stl": b"\x89PNG\r\n\x1a\n" + bytes(200),
+    "huge.off": b"OFF\n300000000000 300000000000 0\n0 0 0\n",
+    "huge.ply": b"ply\nformat binary_little_endian 1.0\nelement vertex 4000000000\nproperty double x\nend_header\n" + bytes(64),
+    "huge.stl": bytes(80) + b"\xff\xff\xff\xff" + bytes(100),
+    "cut.ply": b"ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty fl",
+    "nan.obj": b"v nan 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n",
+    "far.obj": b"v 1e300 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n",
+    "out of range.off": b"OFF\n3 1 0\n0 0 0\n1 0 0\n0 1 0\n3 0 1 -5\n",
+    "another format.obj": b"ply\nformat ascii 1.0\nelement vertex 1\nproperty float x\nend_header\n0\n",
+    "shape.gltf": b"{}",
+}
+
+
+def said_by(capsys: pytest.CaptureFixture[str], words: list[str]) -> tuple[int, list[str]]:
+    """Run a command in this process; its exit code and the lines of its complaint."""
+    code = cli.main(words)
+    out, err = capsys.readouterr()
+    assert "Traceback" not in out + err
+    return code, err.strip().splitlines()
+
+
+@pytest.mark.parametrize("name", HOSTILE)
+def test_every_command_refuses_a_hostile_file_in_one_line_and_writes_nothing(name, tmp_path, monkeypatch, capsys) -> None:
+    monkeypatch.chdir(tmp_path)
+    Path(name).write_bytes(HOSTILE[name])
+    for words in READERS:
+        code, lines = said_by(capsys, [name if word == "FILE" else word for word in words])
+        assert code != 0 and len(lines) == 1, (words, lines)
+        assert lines[0].startswith("spectral-notes: ")
+    assert [path.name for path in tmp_path.iterdir()] == [name]
+
+
+@pytest.mark.parametrize("cut", [0, 3, 9, 40])
+def test_a_damaged_file_is_not_decompressed(cut: int, tmp_path, monkeypatch, capsys) -> None:
+    monkeypatch.chdir(tmp_path)
+    Path("shape.sgn").write_bytes(compression.encode(SPHERE, error=0.5)[:cut])
+    code, lines = said_by(capsys, ["decompress", "shape.sgn", "-o", "shape.obj"])
+    assert code != 0 and len(lines) == 1
+    assert [path.name for path in tmp_path.iterdir()] == ["shape.sgn"]
+
+
+def test_every_command_that_reads_a_file_is_among_them() -> None:
+    assert {words[0] for words in READERS} | {"decompress", "doctor"} == set(cli.COMMANDS)
 
 
 # --- several components, and what ended the interpreter --------------------------------------------------------------
