@@ -18,10 +18,10 @@ from spectral_notes.signatures import first_nonzero
 MAX_ROUNDS = 1000  # of k-means; it stops when no label changes, after some tens
 
 
-def spectral_embedding(basis: Eigenbasis, d: int, *, weights: str = "frequency") -> FloatArray:
+def spectral_embedding(basis: Eigenbasis, d: int, *, weights: str = "gps") -> FloatArray:
     """Return the first d modes as coordinates: similar rows are samples that are well connected.
 
-    weights="frequency": row x is (phi_j(x) / sqrt(lambda_j)) for the first d modes with lambda_j > 0, the global point
+    weights="gps": row x is (phi_j(x) / sqrt(lambda_j)) for the first d modes with lambda_j > 0, the global point
     signature. All zero modes are left out, so components that are not connected lie on top of each other: cluster each
     by itself. weights="none": row x is (phi_j(x)) for the first d modes beside the constant; other zero modes stay,
     and part the components. That is Hall's drawing of a graph, and with M = D the embedding of normalised cuts.
@@ -32,14 +32,14 @@ def spectral_embedding(basis: Eigenbasis, d: int, *, weights: str = "frequency")
         The modes of a mesh, a graph or a point cloud.
     d : int
         How many coordinates, at least 1.
-    weights : {"frequency", "none"}
+    weights : {"gps", "none"}
         What a mode is multiplied by: one over its frequency, or nothing.
 
     Returns
     -------
     ndarray, shape (n, d)
         Defined up to a sign of each column, and a rotation of columns that share an eigenvalue; distances between rows
-        are defined up to nothing, unless d cuts through a group of equal eigenvalues. Without unit for "frequency" on
+        are defined up to nothing, unless d cuts through a group of equal eigenvalues. Without unit for "gps" on
         a surface.
 
     Raises
@@ -60,8 +60,8 @@ def spectral_embedding(basis: Eigenbasis, d: int, *, weights: str = "frequency")
     Rustamov (2007), section 4; Hall, "An r-dimensional quadratic placement algorithm" (1970); Shi and Malik,
     "Normalized cuts and image segmentation" (2000).
     """
-    weights = as_choice("weights", weights, ("frequency", "none"))
-    rows = global_point_signature(basis) if weights == "frequency" else _without_constant(basis)
+    weights = as_choice("weights", weights, ("gps", "none"))
+    rows = global_point_signature(basis) if weights == "gps" else _without_constant(basis)
     d = as_count("d", d, 1)
     if d > rows.shape[1]:
         raise ValueError(

@@ -31,6 +31,7 @@ NAMED_PAGES = {
     "book/09_heat_waves_descriptors",
     "book/10_compression",
     "book/labs",
+    "book/11_clustering",
     "book/conventions",
     "book/large_meshes",
     "book/for_teachers",

@@ -259,7 +259,7 @@ ROWS = np.arange(12.0).reshape(6, 2)
         (lambda b: clustering.spectral_embedding(b, 0), ValueError, "d must be at least 1; got 0"),
         (lambda b: clustering.spectral_embedding(b, 2.0), TypeError, "d must be an integer; got float"),
         (lambda b: clustering.spectral_embedding(b, 9), ValueError, "d must be at most 4.*compute more modes"),
-        (lambda b: clustering.spectral_embedding(b, 2, weights="gps"), ValueError, "weights must be one of 'frequency', 'none'"),
+        (lambda b: clustering.spectral_embedding(b, 2, weights="frequency"), ValueError, "weights must be one of 'gps', 'none'"),
         (lambda b: clustering.spectral_clusters(ROWS, 7), ValueError, "n_clusters must be between 1 and 6; got 7"),
         (lambda b: clustering.spectral_clusters(ROWS, 0), ValueError, "n_clusters must be between 1 and 6; got 0"),
         (lambda b: clustering.spectral_clusters(ROWS * np.nan, 2), ValueError, "rows must hold finite numbers"),
