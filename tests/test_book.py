@@ -30,6 +30,7 @@ NAMED_PAGES = {
     "book/08_eigenfunctions",
     "book/09_heat_waves_descriptors",
     "book/10_compression",
+    "book/12_functional_maps",
     "book/labs",
     "book/11_clustering",
     "book/conventions",
