@@ -39,7 +39,7 @@ from spectral_notes.mesh_files import read_mesh
 
 PACKAGE = "spectral-notes"
 INSTALL = "python -m pip install -r requirements.txt"
-SLOW = 5.0  # times as long as ARPACK at which something is wrong: it takes less, on every machine measured
+SLOW = 5.0  # times as long as ARPACK, above which something is in the way; about as long is usual
 OPTIONAL = {
     "jupyterlab": "to run the notebooks: python -m pip install jupyterlab",
     "jupyter_book": "to render the book: python -m pip install -r requirements.txt",
@@ -163,7 +163,10 @@ def check_optional_packages() -> Finding:
 
 def check_linear_algebra() -> Finding:
     """Find which BLAS libraries are loaded, and how many threads each may use."""
-    pools = {f"{pool['internal_api']} {pool['version']}, threads: {pool['num_threads']}" for pool in threadpool_info()}
+    pools = {
+        f"{p['internal_api']} {p['version'] or ''}".strip() + f", threads: {p['num_threads']}"
+        for p in threadpool_info()
+    }
     return Finding("linear algebra", "ok", "; ".join(sorted(pools)) or "no threaded library")
 
 

@@ -5,11 +5,13 @@ A result is what is said, for people and for programs, and what can be written: 
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
+import matplotlib.pyplot as plt
 import numpy as np
 import scipy.sparse as sp
 from matplotlib.figure import Figure
@@ -80,9 +82,11 @@ def write_result(path: Path, result: Result) -> None:
     """Write what a result holds to a file whose ending names the format, whole or not at all."""
     suffix = path.suffix.lower()
     if suffix == ".png":
-        write_whole(path, lambda place: still_of(result).savefig(place))
+        with still_of(result) as still:
+            write_whole(path, still.savefig)
     elif suffix == ".html":
-        page = report_page(result.title, result.facts, result.views, still_of(result))
+        with still_of(result) as still:
+            page = report_page(result.title, result.facts, result.views, still)
         write_whole(path, lambda place: place.write_text(page, encoding="utf-8"))
     elif suffix == ".npz" and result.save_npz is not None:
         write_whole(path, result.save_npz)
@@ -90,9 +94,14 @@ def write_result(path: Path, result: Result) -> None:
         write_arrays(path, result.shape, result.functions, colors=result.colors, kind=result.kind)
 
 
-def still_of(result: Result) -> Figure:
-    """Return the still picture of a result."""
-    return plot_views(result.views, n_columns=2 if len(result.views) == 4 else min(3, len(result.views)))
+@contextmanager
+def still_of(result: Result) -> Iterator[Figure]:
+    """Give the still picture of a result, and close it afterwards: else a notebook would show it as well."""
+    still = plot_views(result.views, n_columns=2 if len(result.views) == 4 else min(3, len(result.views)))
+    try:
+        yield still
+    finally:
+        plt.close(still)
 
 
 def check_pictures(endings: Sequence[str]) -> None:

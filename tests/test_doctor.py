@@ -16,12 +16,9 @@ from spectral_notes.doctor import examine
 
 
 def test_this_set_up_works_and_the_command_says_so(capsys):
-    assert main(["doctor", "--vertices", "10000", "-k", "50"]) == 0
-    out = capsys.readouterr().out
-    assert out.splitlines()[-1] == "the set-up works"
-    assert "50 modes of 10,000 vertices need" in out
-    assert main(["doctor", "--json"]) == 0
+    assert main(["doctor", "--vertices", "10000", "-k", "50", "--json"]) == 0
     facts = json.loads(capsys.readouterr().out)
+    assert "50 modes of 10,000 vertices need" in facts["findings"][-1]["says"]
     assert facts["works"]
     names = [finding["name"] for finding in facts["findings"]]
     assert names[:5] == ["python", "packages", "optional packages", "linear algebra", "eigenproblem"]
@@ -33,14 +30,19 @@ def test_what_raises_is_a_finding_with_its_remedy_and_code_1(monkeypatch, capsys
     def fail():
         raise ImportError("libigl.so:\nno such file")
 
-    for name in ("check_eigenproblem", "check_pictures"):
+    for name in ("check_eigenproblem", "check_pictures", "check_files"):
         monkeypatch.setattr(doctor, name, fail)
     broken = [finding for finding in examine() if finding.status == "broken"]
-    assert [finding.name for finding in broken] == ["eigenproblem", "pictures"]
+    assert [finding.name for finding in broken] == ["eigenproblem", "pictures", "files"]
     assert broken[0].says == "ImportError: libigl.so: no such file"
     assert all(finding.remedy for finding in broken)
     assert main(["doctor"]) == 1
-    assert capsys.readouterr().out.splitlines()[-1] == "broken: eigenproblem, pictures"
+    said = capsys.readouterr().out
+    assert said.splitlines()[-1] == "broken: eigenproblem, pictures, files"
+    assert "sudo apt-get install libegl1" in said
+    monkeypatch.setattr(doctor, "examine", lambda *_: [doctor.Finding("python", "ok", "3.12")])
+    assert main(["doctor"]) == 0
+    assert capsys.readouterr().out == "ok     python: 3.12\nthe set-up works\n"
 
 
 def test_a_python_or_a_package_that_is_too_old(monkeypatch):
