@@ -36,6 +36,8 @@ NAMED_PAGES = {
     "book/conventions",
     "book/large_meshes",
     "book/for_teachers",
+    "book/setup_check",
+    "book/your_own_shape",
     "book/bibliography",
     "book/where_we_differ",
     "book/troubleshooting",
