@@ -34,6 +34,8 @@ def meshes(draw: st.DrawFn) -> TriangleMesh:
     faces = draw(hnp.arrays(np.int64, (draw(st.integers(1, 30)), 3), elements=st.integers(0, n - 1)))
     seed = draw(st.integers(0, 2**32 - 1))
     vertices = np.random.default_rng(seed).normal(size=(n, 3)) * draw(st.sampled_from([1e-6, 1.0, 1e6]))
+    if draw(st.booleans()):  # a second piece
+        vertices, faces = np.r_[vertices, 9 * np.ptp(vertices) - vertices], np.r_[faces, faces + n]
     try:
         mesh = clean_mesh(vertices, faces)
     except ValueError:
