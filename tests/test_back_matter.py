@@ -110,7 +110,7 @@ def test_the_glossary_is_in_order_and_says_each_word_once() -> None:
 @pytest.mark.parametrize("path", CHAPTERS, ids=[path.stem for path in CHAPTERS])
 def test_a_chapter_links_its_words_to_the_glossary(path: Path) -> None:
     linked = re.findall(r"\{term\}`(?:[^`<]+<)?([^`<>]+)>?`", PAGES[path.stem])
-    assert len(linked) >= 2
+    assert len(linked) >= 2 or path.stem > "11", "the chapters of the first three parts introduce the words"
     assert len(linked) == len(set(linked)), "each word once a chapter"
     assert set(linked) <= set(glossary())
 
