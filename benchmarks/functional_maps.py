@@ -88,6 +88,7 @@ def compare(body: Body, pose_1: str, pose_2: str, n_samples: int) -> dict[str, t
     bases = tuple(unit_area(compute_eigenbasis(*cotan_laplacian(mesh), K)) for mesh in (mesh_1, mesh_2))
     one, two = (TriMesh(m.vertices / np.sqrt(m.area), m.faces) for m in (mesh_1, mesh_2))
     for theirs, basis in ((one, bases[0]), (two, bases[1])):  # the same modes for both
+        theirs.mass = sp.csc_matrix(basis.M)
         theirs.eigenvalues, theirs.eigenvectors = np.array(basis.evals), np.array(basis.evecs)
     maps: dict[str, tuple[Any, float, str]] = {}
     for name, weight in (("pyFM 5", 0.0), ("pyFM 5 oriented", 1.0)):
