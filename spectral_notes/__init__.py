@@ -14,6 +14,7 @@ from spectral_notes.curvature import angle_defects, gaussian_curvature, mean_cur
 from spectral_notes.datasets import fetch_mesh
 from spectral_notes.eigenbasis import Eigenbasis, compute_eigenbasis
 from spectral_notes.exporting import write_arrays
+from spectral_notes.functional_maps import functional_map, point_map
 from spectral_notes.geodesics import geodesic_distances, parallel_transport
 from spectral_notes.graphs import mesh_graph, neighbor_graph, path_graph, ring_graph, weights_of_networkx
 from spectral_notes.laplacians import (
@@ -38,6 +39,7 @@ from spectral_notes.mesh_health import health
 from spectral_notes.meshes import PointCloud, TriangleMesh, clean_mesh
 from spectral_notes.plotting import plot_matrix, plot_modes, plot_surfaces, plot_views, use_house_style
 from spectral_notes.rendering import SurfaceView
+from spectral_notes.shape_matching import match_shapes
 
 __all__ = [
     "TriangleMesh",
@@ -76,6 +78,9 @@ __all__ = [
     "compute_eigenbasis",
     "spectral_embedding",
     "spectral_clusters",
+    "functional_map",
+    "point_map",
+    "match_shapes",
     "SurfaceView",
     "use_house_style",
     "plot_matrix",

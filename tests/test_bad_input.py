@@ -34,6 +34,7 @@ from spectral_notes import (
     cotan_laplacian,
     divergence_matrix,
     fetch_mesh,
+    functional_map,
     gaussian_curvature,
     geodesic_distances,
     gradient_matrix,
@@ -41,6 +42,7 @@ from spectral_notes import (
     health,
     interval_laplacian,
     mass_matrix,
+    match_shapes,
     mean_curvature,
     mesh_graph,
     neighbor_graph,
@@ -50,6 +52,7 @@ from spectral_notes import (
     plot_modes,
     plot_surfaces,
     plot_views,
+    point_map,
     read_mesh,
     read_shape,
     restrict_to,
@@ -85,6 +88,7 @@ BOW_TIE = TriangleMesh([[0, 0, 0], [1, 0, 0], [1, 1, 0], [-1, 0, 0], [-1, -1, 0]
 SPHERE = shapes.sphere(2)
 L, M = cotan_laplacian(SPHERE)
 BASIS = compute_eigenbasis(L, M, 6)
+PATH_BASIS = compute_eigenbasis(*graph_laplacian(path_graph(9)), 4)
 CLOUD = PointCloud(SPHERE.vertices)
 IDENTITY = sp.csr_array(np.eye(5))
 NO_MESH = r"mesh must be a TriangleMesh; got tuple. TriangleMesh\(vertices, faces\) makes one of two arrays"
@@ -221,6 +225,16 @@ REFUSED = [
     Row("spectral_clusters", "more than rows", lambda: spectral_clusters(np.eye(4), 5), ValueError, "n_clusters must be between 1 and 4; got 5"),
     Row("spectral_clusters", "rows coincide", lambda: spectral_clusters(np.zeros((5, 2)), 2), ValueError, "n_clusters must be at most 1, the number of different rows; got 2"),
     Row("spectral_clusters", "NaN", lambda: spectral_clusters([[np.nan, 0]], 1), ValueError, r"rows must hold finite numbers; found nan at index \(0, 0\)"),
+    Row("functional_map", "number of vertices", lambda: functional_map(BASIS, BASIS, [0, 1]), ValueError, r"p2p_21 must have shape \(162,\); got \(2,\)"),
+    Row("functional_map", "index out of range", lambda: functional_map(BASIS, BASIS, np.full(162, 162)), ValueError, "p2p_21"),
+    Row("functional_map", "not whole", lambda: functional_map(BASIS, BASIS, np.full(162, 0.5)), TypeError, "p2p_21 must hold integers"),
+    Row("functional_map", "from 1 to 2", lambda: functional_map(BASIS, PATH_BASIS, np.zeros(162, dtype=int)), ValueError, "looks like a map from 1 to 2. Swap the shapes"),
+    Row("point_map", "C_21", lambda: point_map(BASIS, BASIS.truncate(3), np.eye(6)[:, :3]), ValueError, "it looks like C_21. Swap the shapes"),
+    Row("point_map", "NaN", lambda: point_map(BASIS, BASIS, np.full((2, 2), np.nan)), ValueError, "C_12 must hold finite numbers"),
+    Row("point_map", "side", lambda: point_map(BASIS, BASIS, np.eye(3), side="left"), ValueError, "side must be"),
+    Row("match_shapes", "several components", lambda: match_shapes(SPHERE, TWO_SQUARES), ValueError, "mesh_2 must be connected; it has 2 components. Match them one by one"),
+    Row("match_shapes", "landmark out of range", lambda: match_shapes(SPHERE, SPHERE, [[0, 162]]), ValueError, "landmarks"),
+    Row("match_shapes", "k", lambda: match_shapes(SPHERE, SPHERE, k=163), ValueError, "k must be between 8 and 162; got 163"),
     Row("spectral_clusters", "mass", lambda: spectral_clusters(np.eye(4), 2, mass=[-1, 1, 1, 1]), ValueError, "mass must be positive; found -1 at 0"),
     Row("SurfaceView", "no surface", lambda: SurfaceView(ARRAYS), TypeError, "surface must be a TriangleMesh or a PointCloud; got tuple"),
     Row("SurfaceView", "size of values", lambda: SurfaceView(SQUARE, np.zeros(3)), ValueError, r"values must hold one number per vertex or face, \(4, 2\); got 3"),
