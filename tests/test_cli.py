@@ -425,8 +425,9 @@ def test_a_process_that_is_interrupted_says_so_and_leaves_nothing(tmp_path, sign
     write_mesh(tmp_path / "torus.ply", torus(700, 300))
     words = ["modes", "torus.ply", "-k", "60", "-o", "out.vtp", "--progress"]
     process = subprocess.Popen(
-        [sys.executable, "-m", "spectral_notes", *words], cwd=tmp_path, stderr=subprocess.PIPE, text=True
-    )
+        [sys.executable, "-m", "spectral_notes", *words], cwd=tmp_path, stderr=subprocess.PIPE, text=True,
+        preexec_fn=lambda: signal.signal(signal.SIGINT, signal.default_int_handler),  # jobs in the background ignore it
+    )  # fmt: skip
     assert process.stderr is not None
     assert "60 modes of 210,000 vertices" in process.stderr.readline()
     time.sleep(0.5)
