@@ -16,7 +16,6 @@ from collections.abc import Callable
 from importlib.metadata import version
 from typing import Any
 
-import igl
 import numpy as np
 import scipy.sparse as sp
 from pyFM.functional import FunctionalMapping
@@ -29,7 +28,7 @@ from spectral_notes.contouring import mesh_zero_set
 from spectral_notes.descriptors import unit_area
 from spectral_notes.functional_maps import nearest_rows
 from spectral_notes.meshes import TriangleMesh
-from spectral_notes.point_maps import coarse_copy, geodesic_errors, orientation_score
+from spectral_notes.point_maps import coarse_copy, geodesic_errors, orientation_score, surface_weights
 from spectral_notes.posing import body_distance
 from spectral_notes.shape_matching import match_shapes
 
@@ -56,11 +55,7 @@ class Body:
         limbs, low, high, step, self.pose = BODIES[name]
         rest = self.pose("rest")
         points, self.faces_1 = mesh_zero_set(body_distance(limbs, 0.02), low, high, step)
-        _, nearest, foot = igl.point_mesh_squared_distance(points, rest.vertices, rest.faces)
-        corners = rest.faces[nearest]
-        weights = igl.barycentric_coordinates(foot, *(rest.vertices[corners[:, c]] for c in range(3)))
-        rows = np.repeat(np.arange(len(points)), 3)
-        self.P_1 = sp.csr_array((weights.ravel(), (rows, corners.ravel())), shape=(len(points), rest.n_vertices))
+        self.P_1 = surface_weights(points, rest)
         self.faces_2, self.P_2 = coarse_copy(rest, 8000)
         at_rest = self.P_2 @ rest.vertices
         self.true_21 = nearest_rows(self.P_1 @ rest.vertices, at_rest)

@@ -24,6 +24,7 @@ from spectral_notes._checks import FloatArray, as_choice, as_count
 from spectral_notes.eigenbasis import compute_eigenbasis
 from spectral_notes.laplacians import cotan_laplacian
 from spectral_notes.meshes import TriangleMesh, face_areas
+from spectral_notes.point_maps import surface_weights
 from spectral_notes.rendering import SurfaceView
 
 Packed = dict[str, Any]
@@ -161,13 +162,7 @@ def coarse_copy(mesh: TriangleMesh, n: int) -> tuple[TriangleMesh, sp.csr_array]
         raise ValueError(
             f"mesh must be manifold to be simplified from {mesh.n_vertices} to {n} vertices; see health(mesh)"
         )
-    _, nearest, foot = igl.point_mesh_squared_distance(points, mesh.vertices, mesh.faces)
-    corners = mesh.faces[nearest]
-    weights = igl.barycentric_coordinates(foot, *(mesh.vertices[corners[:, c]] for c in range(3)))
-    weights = np.clip(weights, 0.0, 1.0)
-    weights /= weights.sum(axis=1, keepdims=True)
-    rows = np.repeat(np.arange(len(points)), 3)
-    P = sp.csr_array((weights.ravel(), (rows, corners.ravel())), shape=(len(points), mesh.n_vertices))
+    P = surface_weights(points, mesh)
     return TriangleMesh(P @ mesh.vertices, faces.astype(np.int64), mesh.name), P
 
 

@@ -198,14 +198,37 @@ def coarse_copy(mesh: TriangleMesh, n_faces: int) -> tuple[IntArray, sp.csr_arra
     points, faces = igl.decimate(mesh.vertices, mesh.faces, n_faces)[:2]
     if len(faces) > n_faces:
         raise ValueError(f"mesh must be a manifold to be coarsened; it stopped at {len(faces)} of {n_faces} faces")
+    return faces.astype(np.int64), surface_weights(points, mesh)
+
+
+def surface_weights(points: FloatArray, mesh: TriangleMesh) -> sp.csr_array:
+    """Return the matrix P that moves points to the nearest point of a surface, and along with it in every pose.
+
+    Parameters
+    ----------
+    points : (p, 3) array
+        Positions near the surface.
+    mesh : TriangleMesh
+        The surface.
+
+    Returns
+    -------
+    csr_array, shape (p, n)
+        Barycentric coordinates in the nearest face; rows sum to one.
+
+    Examples
+    --------
+    >>> triangle = TriangleMesh([[0, 0, 0], [1, 0, 0], [0, 1, 0]], [[0, 1, 2]])
+    >>> surface_weights(np.array([[0.25, 0.5, 7.0]]), triangle).toarray().tolist()
+    [[0.25, 0.25, 0.5]]
+    """
     _, nearest, foot = igl.point_mesh_squared_distance(points, mesh.vertices, mesh.faces)
     corners = mesh.faces[nearest]
     weights = igl.barycentric_coordinates(foot, *(mesh.vertices[corners[:, c]] for c in range(3)))
     weights = np.clip(weights, 0.0, 1.0)
     weights /= weights.sum(axis=1, keepdims=True)
     rows = np.repeat(np.arange(len(points)), 3)
-    P = sp.csr_array((weights.ravel(), (rows, corners.ravel())), shape=(len(points), mesh.n_vertices))
-    return faces.astype(np.int64), P
+    return sp.csr_array((weights.ravel(), (rows, corners.ravel())), shape=(len(points), mesh.n_vertices))
 
 
 def _nearest_points(triangles: FloatArray, points: FloatArray) -> tuple[FloatArray, FloatArray]:
