@@ -33,7 +33,7 @@ from spectral_notes.shapes import bracket, doll, doll_correspondence, egg, goat
 
 ROOT = Path(__file__).resolve().parents[1]
 MAX_BYTES = 3_000_000  # of one lab's data
-STILL_DPI = 100
+STILL_DPI = 90
 
 
 def basis_of(mesh: TriangleMesh, n: int, k: int) -> tuple[TriangleMesh, Eigenbasis]:

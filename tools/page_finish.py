@@ -17,7 +17,7 @@ from PIL import Image
 from sphinx.application import Sphinx
 
 PICTURE = re.compile(r'<img ([^>]*?)src="([^"]*_images/([^"/]+)\.png)"([^>]*)>')
-QUALITY = 80
+QUALITY = 75
 ICON_SCRIPT = "scripts/fontawesome.js"
 
 
