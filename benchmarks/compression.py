@@ -22,10 +22,10 @@ import igl
 import numpy as np
 
 from spectral_notes import shapes
-from spectral_notes._codec_connectivity import DRACO_HEADER, draco_decode, draco_encode, encode_connectivity
 from spectral_notes.compression import decode, describe, encode, renumbered
-from spectral_notes.mesh_distances import hausdorff_error, normal_deviation, surface_error, vertex_error
-from spectral_notes.mesh_files import read_mesh
+from spectral_notes.compression.connectivity import DRACO_HEADER, draco_decode, draco_encode, encode_connectivity
+from spectral_notes.files.mesh_files import read_mesh
+from spectral_notes.geometry.mesh_distances import hausdorff_error, normal_deviation, surface_error, vertex_error
 from spectral_notes.meshes import TriangleMesh, clean_mesh
 
 BITS = (8, 10, 12)

@@ -23,14 +23,15 @@ from pyFM.mesh import TriMesh
 from pyFM.refine import mesh_zoomout_refine
 from threadpoolctl import threadpool_limits
 
-from spectral_notes import bodies, compute_eigenbasis, cotan_laplacian, shapes
-from spectral_notes.contouring import mesh_zero_set
+from spectral_notes import compute_eigenbasis, cotan_laplacian, shapes
 from spectral_notes.descriptors import unit_area
 from spectral_notes.functional_maps import nearest_rows
+from spectral_notes.matching.point_maps import coarse_copy, geodesic_errors, orientation_score, surface_weights
+from spectral_notes.matching.shape_matching import match_shapes
 from spectral_notes.meshes import TriangleMesh
-from spectral_notes.point_maps import coarse_copy, geodesic_errors, orientation_score, surface_weights
-from spectral_notes.posing import body_distance
-from spectral_notes.shape_matching import match_shapes
+from spectral_notes.shapes import bodies
+from spectral_notes.shapes.contouring import mesh_zero_set
+from spectral_notes.shapes.posing import body_distance
 
 K = 200
 BODIES: dict[str, tuple[Any, tuple[float, ...], tuple[float, ...], float, Callable[[str], TriangleMesh]]] = {

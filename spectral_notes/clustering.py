@@ -11,9 +11,8 @@ from sklearn.cluster import KMeans
 from threadpoolctl import threadpool_limits  # type: ignore[import-untyped]
 
 from spectral_notes._checks import FloatArray, IntArray, as_choice, as_count, as_floats, as_indices, as_symmetric
-from spectral_notes.descriptors import global_point_signature
+from spectral_notes.descriptors import first_nonzero, global_point_signature
 from spectral_notes.eigenbasis import Eigenbasis
-from spectral_notes.signatures import first_nonzero
 
 MAX_ROUNDS = 1000  # of k-means; it stops when no label changes, after some tens
 

@@ -1,7 +1,7 @@
 """Descriptors: numbers read off an eigenbasis that do not change when the shape moves or bends.
 
-One door to the signatures of points (HKS and WKS from `signatures`, GPS) and of whole shapes (ShapeDNA). Most of them
-know the size of the shape: `unit_area` measures a basis in units of its own area first.
+Signatures of points (HKS, WKS, GPS) and of whole shapes (ShapeDNA). Most of them know the size of the shape:
+`unit_area` measures a basis in units of its own area first.
 """
 
 from __future__ import annotations
@@ -11,26 +11,8 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import ArrayLike
 
-from spectral_notes._checks import FloatArray, as_choice, as_floats
+from spectral_notes._checks import FloatArray, as_choice, as_count, as_floats, as_increasing, as_number
 from spectral_notes.eigenbasis import Eigenbasis
-from spectral_notes.signatures import (
-    first_nonzero,
-    heat_kernel_signature,
-    signature_energies,
-    signature_times,
-    wave_kernel_signature,
-)
-
-__all__ = [
-    "unit_area",
-    "heat_kernel_signature",
-    "signature_times",
-    "wave_kernel_signature",
-    "signature_energies",
-    "global_point_signature",
-    "shape_dna",
-    "spectral_distances",
-]
 
 
 def unit_area(basis: Eigenbasis) -> Eigenbasis:
@@ -166,3 +148,203 @@ def spectral_distances(spectra: ArrayLike) -> FloatArray:
         raise ValueError(f"spectra must be positive, without the zero modes; found {spectra.min():g}")
     logarithms = np.log(spectra)
     return np.sqrt(((logarithms[:, None] - logarithms[None]) ** 2).mean(axis=2))
+
+
+ZERO = 1e-9  # eigenvalues below this part of the largest count as zero
+
+
+def heat_kernel_signature(basis: Eigenbasis, times: ArrayLike) -> FloatArray:
+    """Return how much heat of a drop is still where it fell, at each vertex and time: positive, falling with time.
+
+    HKS(x, t) = sum_k exp(-lambda_k t) phi_k(x)^2. Scaled by s: HKS_s(x, s^2 t) = HKS(x, t) / s^2.
+
+    Parameters
+    ----------
+    basis : Eigenbasis
+        The modes.
+    times : array_like, shape (p,)
+        Times, positive, in squared units of the vertices; `signature_times` chooses them.
+
+    Returns
+    -------
+    ndarray, shape (n, p)
+        Pointwise, in 1 / squared units of the vertices; tends to 1 / area at long times.
+
+    Raises
+    ------
+    TypeError, ValueError
+        If a time is not a positive number.
+
+    Examples
+    --------
+    >>> from spectral_notes import compute_eigenbasis, cotan_laplacian, shapes
+    >>> basis = compute_eigenbasis(*cotan_laplacian(shapes.sphere(3)), k=30)
+    >>> hks = heat_kernel_signature(basis, [60.0])
+    >>> bool(np.allclose(hks, 1.0 / basis.M.sum()))  # long times: 1 / area
+    True
+
+    References
+    ----------
+    Sun, Ovsjanikov and Guibas, "A concise and provably informative multi-scale signature based on heat diffusion"
+    (2009), eq. 4.
+    """
+    times = as_floats("times", times, ("p",))
+    if (times <= 0.0).any():
+        raise ValueError(f"times must be positive; found {times.min():g}")
+    return np.asarray(basis.evecs**2 @ np.exp(-np.outer(np.maximum(basis.evals, 0.0), times)))
+
+
+def signature_times(basis: Eigenbasis, n_times: int = 16) -> FloatArray:
+    """Return times for `heat_kernel_signature`, ascending and evenly spaced in their logarithm.
+
+    From 4 ln 10 / lambda_max, when the last mode counts 1e-4, to 4 ln 10 / lambda_1, when the first does.
+
+    Parameters
+    ----------
+    basis : Eigenbasis
+        The modes.
+    n_times : int
+        How many, at least 2.
+
+    Returns
+    -------
+    ndarray, shape (n_times,)
+        In squared units of the vertices.
+
+    Raises
+    ------
+    TypeError, ValueError
+        If n_times is below 2, or fewer than two eigenvalues differ from zero.
+
+    Examples
+    --------
+    >>> from spectral_notes import compute_eigenbasis, interval_laplacian
+    >>> basis = compute_eigenbasis(*interval_laplacian(101), k=11)
+    >>> times = signature_times(basis, 3)
+    >>> (times[2] / times[0]).round(1).item()  # lambda_10 / lambda_1, nearly 10^2
+    99.2
+
+    References
+    ----------
+    Sun, Ovsjanikov and Guibas (2009), section 5.
+    """
+    n_times, evals = as_count("n_times", n_times, 2), basis.evals[first_nonzero(basis, 2) :]
+    span = 4.0 * np.log(10.0)
+    return np.geomspace(span / evals[-1], span / evals[0], n_times)
+
+
+def wave_kernel_signature(basis: Eigenbasis, energies: ArrayLike, width: float) -> FloatArray:
+    """Return how likely a quantum particle of about a given energy is found at each vertex, averaged over time.
+
+    WKS(x, e) = sum_k g_k(e) phi_k(x)^2 / sum_k g_k(e), g_k(e) = exp(-(e - ln lambda_k)^2 / (2 width^2)), without the
+    zero modes. Scaled by s: WKS_s(x, e - 2 ln s) = WKS(x, e) / s^2.
+
+    Parameters
+    ----------
+    basis : Eigenbasis
+        The modes.
+    energies : array_like, shape (p,), p >= 2
+        Logarithms of eigenvalues, ascending; `signature_energies` chooses them, and the width.
+    width : float
+        Standard deviation in e, above 0.
+
+    Returns
+    -------
+    ndarray, shape (n, p)
+        Pointwise, in 1 / squared units of the vertices; each column integrates to one.
+
+    Raises
+    ------
+    TypeError, ValueError
+        If energies do not increase, the width is not positive, or fewer than two eigenvalues differ from zero.
+
+    Examples
+    --------
+    >>> from spectral_notes import compute_eigenbasis, cotan_laplacian, shapes
+    >>> basis = compute_eigenbasis(*cotan_laplacian(shapes.egg(3)), k=40)
+    >>> wks = wave_kernel_signature(basis, *signature_energies(basis, 8))
+    >>> (basis.M @ wks).sum(axis=0).round(12).tolist()
+    [1.0, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0]
+
+    References
+    ----------
+    Aubry, Schlickewei and Cremers, "The wave kernel signature" (2011), section 3.
+    """
+    energies, width = as_increasing("energies", energies), as_number("width", width, above=0.0)
+    first = first_nonzero(basis, 2)
+    distance = (energies - np.log(basis.evals[first:, None])) / width  # (modes, p)
+    nearest = (distance**2).min(axis=0)  # taken off, so that no column underflows
+    gains = np.exp(-0.5 * (distance**2 - nearest))
+    return np.asarray(basis.evecs[:, first:] ** 2 @ (gains / gains.sum(axis=0)))
+
+
+def signature_energies(basis: Eigenbasis, n_energies: int = 100) -> tuple[FloatArray, float]:
+    """Return energies and a width for `wave_kernel_signature`: evenly spaced, two widths inside the spectrum's ends.
+
+    The width is seven steps between energies.
+
+    Parameters
+    ----------
+    basis : Eigenbasis
+        The modes.
+    n_energies : int
+        How many, at least 2.
+
+    Returns
+    -------
+    energies : ndarray, shape (n_energies,)
+        Logarithms of eigenvalues.
+    width : float
+        In the same unit.
+
+    Raises
+    ------
+    TypeError, ValueError
+        If n_energies is below 2, or fewer than two eigenvalues differ from zero.
+
+    Examples
+    --------
+    >>> from spectral_notes import compute_eigenbasis, interval_laplacian
+    >>> basis = compute_eigenbasis(*interval_laplacian(101), k=20)
+    >>> energies, width = signature_energies(basis, 50)
+    >>> bool(np.isclose(width, 7 * (energies[1] - energies[0])))
+    True
+    """
+    n_energies = as_count("n_energies", n_energies, 2)
+    low, high = np.log(basis.evals[[first_nonzero(basis, 2), -1]])
+    width = 7.0 * (high - low) / (n_energies - 1 + 28.0)
+    return np.linspace(low + 2.0 * width, high - 2.0 * width, n_energies), float(width)
+
+
+def first_nonzero(basis: Eigenbasis, n_wanted: int) -> int:
+    """Return the number of the first mode with an eigenvalue above zero, and refuse a basis without enough of them.
+
+    Eigenvalues up to 1e-9 of the largest count as zero: the constants, one a connected component.
+
+    Parameters
+    ----------
+    basis : Eigenbasis
+        The modes.
+    n_wanted : int
+        How many nonzero ones are needed.
+
+    Returns
+    -------
+    int
+        The number of zero modes.
+
+    Raises
+    ------
+    ValueError
+        If fewer than `n_wanted` modes follow the zero modes.
+
+    Examples
+    --------
+    >>> from spectral_notes import compute_eigenbasis, interval_laplacian
+    >>> first_nonzero(compute_eigenbasis(*interval_laplacian(11), k=3), 2)
+    1
+    """
+    first = int(np.count_nonzero(basis.evals <= ZERO * basis.evals[-1]))
+    if basis.evals[-1] <= 0.0 or basis.k - first < n_wanted:
+        raise ValueError(f"basis must hold at least {n_wanted} modes beyond the constants; it holds {basis.k - first}")
+    return first

@@ -13,9 +13,9 @@ import scipy.sparse as sp
 from numpy.typing import ArrayLike
 from threadpoolctl import threadpool_limits  # type: ignore[import-untyped]
 
-from spectral_notes import eigensolver
 from spectral_notes._checks import FloatArray, as_choice, as_count, as_floats, as_number, as_signal, as_symmetric
-from spectral_notes.factorization import FACTORS
+from spectral_notes.solver import eigensolver
+from spectral_notes.solver.factorization import FACTORS
 
 SIGN_TIE = 1e-6  # entries this close in magnitude count as equal, so that rounding does not choose the sign
 
@@ -179,7 +179,7 @@ def compute_eigenbasis(
         Most threads that linear algebra may use meanwhile. One is never slow; more help on a machine that is idle
         and hurt on one that is shared, where the threads wait for each other.
     factor : {"auto", "cholespy", "superlu"}
-        Which library factors; see `spectral_notes.factorization.factorize`.
+        Which library factors; see `spectral_notes.solver.factorization.factorize`.
     max_bytes : float, optional
         Memory the basis may take before the work is done in slices of the spectrum; half of what is free if not given.
 

@@ -28,7 +28,6 @@ from spectral_notes import (
     arrows_of_rows,
     boundary_vertices,
     clean_mesh,
-    cli,
     compression,
     compute_eigenbasis,
     cotan_laplacian,
@@ -68,6 +67,7 @@ from spectral_notes import (
     write_arrays,
     write_mesh,
 )
+from spectral_notes.command import cli
 
 WITHOUT_INPUT = {"use_house_style"}
 

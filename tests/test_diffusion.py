@@ -8,8 +8,8 @@ import pytest
 from spectral_notes import diffusion
 from spectral_notes.eigenbasis import Eigenbasis, compute_eigenbasis
 from spectral_notes.laplacians import cotan_laplacian, interval_laplacian
-from spectral_notes.references import spherical_harmonics
 from spectral_notes.shapes import sphere
+from spectral_notes.shapes.references import spherical_harmonics
 
 
 @pytest.fixture(scope="module")

@@ -9,12 +9,12 @@ from scipy.sparse.linalg import eigsh
 from scipy.spatial import ConvexHull
 from threadpoolctl import threadpool_info, threadpool_limits
 
-from spectral_notes import eigensolver, factorization, lanczos
 from spectral_notes.eigenbasis import Eigenbasis, compute_eigenbasis, fix_signs
-from spectral_notes.eigenbasis_files import read_eigenbasis, read_problem, write_eigenbasis, write_problem
+from spectral_notes.files.eigenbasis_files import read_eigenbasis, read_problem, write_eigenbasis, write_problem
 from spectral_notes.laplacians import cotan_laplacian, graph_laplacian, interval_laplacian
 from spectral_notes.meshes import TriangleMesh
 from spectral_notes.shapes import sphere
+from spectral_notes.solver import eigensolver, factorization, lanczos
 
 Pair = tuple[sp.csr_array, sp.csr_array]
 
@@ -282,7 +282,7 @@ def test_slices_are_taken_when_half_of_free_memory_is_too_little(
     compute_eigenbasis(*blob_pair, 40)
     assert len(taken) == 1
     Memory.available = 8 * 3000 * 40 - 1
-    with pytest.raises(MemoryError, match="40 modes of 3000 samples take 0.0 GB .* python -m spectral_notes.slepc"):
+    with pytest.raises(MemoryError, match="40 modes of 3000 samples take 0.0 GB .* python -m spectral_notes.command.distributed"):
         compute_eigenbasis(*blob_pair, 40)
 
 

@@ -10,12 +10,13 @@ import pytest
 import scipy.sparse as sp
 
 from spectral_notes import functional_maps as fm
-from spectral_notes import map_fitting, map_refinement, point_maps, shapes
+from spectral_notes import shapes
 from spectral_notes.descriptors import unit_area
 from spectral_notes.eigenbasis import Eigenbasis, compute_eigenbasis
 from spectral_notes.laplacians import cotan_laplacian
+from spectral_notes.matching import map_fitting, map_refinement, point_maps
+from spectral_notes.matching.shape_matching import ShapeMatch, match_shapes
 from spectral_notes.meshes import TriangleMesh
-from spectral_notes.shape_matching import ShapeMatch, match_shapes
 
 K = 40
 

@@ -114,6 +114,7 @@ def main(arguments: list[str] | None = None) -> int:
     if status := notebooks.main([*execute, str(root / "book")]):
         return status
     viewer_files.copy_plotly(build / "static")
+    viewer_files.copy_labs(build / "static", root)
     lab_files.write_labs(build / "static", root)
     parent, executed, source = root, build / "executed", build / "source"
     if options.edition == "student":

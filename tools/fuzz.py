@@ -27,9 +27,8 @@ MAX_VERTICES = 2000  # of a decoded mesh: larger ones only cost time
 MAX_BYTES = 4096  # of an input
 
 with atheris.instrument_imports(include=["spectral_notes"]):
-    from spectral_notes import _sgn_format
-    from spectral_notes.compression import decode, encode
-    from spectral_notes.mesh_files import FORMATS, WRITERS, read_shape, write_mesh
+    from spectral_notes.compression import decode, encode, sgn_format
+    from spectral_notes.files.mesh_files import FORMATS, WRITERS, read_shape, write_mesh
     from spectral_notes.meshes import PointCloud, TriangleMesh, positions
     from spectral_notes.shapes import egg, torus
 
@@ -60,7 +59,7 @@ def open_meshes() -> list[TriangleMesh]:
 
 def decoder() -> tuple[Callable[[bytes], None], list[bytes]]:
     """The target and the seeds of `decode`. Checksums count as right: they stop accidents, not intent."""
-    _sgn_format._checksum = lambda data: bytes(_sgn_format.CRC)
+    sgn_format._checksum = lambda data: bytes(sgn_format.CRC)
 
     def target(data: bytes) -> None:
         for progressive in (False, True):

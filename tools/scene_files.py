@@ -1,6 +1,6 @@
 """Take the scenes out of executed notebooks: their data into small files, a list of them beside each figure.
 
-A figure made while SPECTRAL_NOTES_SCENES is set brings its scenes in its output (`spectral_notes.scenes.attach`). A
+A figure made while SPECTRAL_NOTES_SCENES is set brings its scenes in its output (`plotting.scenes.attach`). A
 page that held them would be megabytes; so each goes into a script that is loaded when the reader asks, and the page
 keeps their names, which `book/_static/scenes.js` reads.
 """

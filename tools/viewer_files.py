@@ -1,4 +1,4 @@
-"""Put what the pages load on request beside the sources of the book: Plotly.js as it comes in the plotly wheel."""
+"""Put what the pages load on request beside the sources of the book: Plotly.js from its wheel, the labs' scripts."""
 
 from __future__ import annotations
 
@@ -14,3 +14,8 @@ def copy_plotly(target: Path) -> None:
         if not copy.exists() or copy.stat().st_size != source.stat().st_size:
             target.mkdir(parents=True, exist_ok=True)
             shutil.copyfile(source, copy)
+
+
+def copy_labs(target: Path, root: Path) -> None:
+    """Copy the labs' scripts and styles out of the library's sources into the folder `target`/labs."""
+    shutil.copytree(root / "spectral_notes" / "labs" / "static", target / "labs", dirs_exist_ok=True)

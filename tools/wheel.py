@@ -20,7 +20,8 @@ ROOT = Path(__file__).resolve().parents[1]
 USE = """
 from pathlib import Path
 import spectral_notes
-from spectral_notes import compression, mesh_files
+from spectral_notes import compression
+from spectral_notes.files import mesh_files
 assert Path(spectral_notes.__file__).is_relative_to({environment!r}), spectral_notes.__file__
 {readme}
 mesh_files.write_mesh("egg.obj", mesh)

@@ -3,7 +3,7 @@
 const test = require("node:test");
 const assert = require("node:assert/strict");
 
-require("../../book/_static/labs/numerics.js");
+require("../../spectral_notes/labs/static/numerics.js");
 const numerics = globalThis.spectralNotes.numerics;
 
 const close = (found, wanted, tolerance) => assert.ok(Math.abs(found - wanted) <= tolerance, `${found} is not ${wanted} to ${tolerance}`);

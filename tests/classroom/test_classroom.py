@@ -1,0 +1,377 @@
+"""The assignments: they mark right answers right and wrong ones wrong, and student copies hold no solution."""
+
+from __future__ import annotations
+
+import ast
+import functools
+import json
+import os
+import re
+import shlex
+import shutil
+import subprocess
+import sys
+import tomllib
+from pathlib import Path
+from typing import Any
+
+import assignments
+import build_book
+import nbformat
+import notebooks
+import objectives
+import pytest
+import yaml
+
+from spectral_notes.checking.marking import Marks
+
+ROOT = Path(notebooks.__file__).resolve().parents[1]
+SOURCE = ROOT / "classroom" / "source"
+SOURCES = sorted(SOURCE.glob("*/*.ipynb"))
+ASSIGNMENTS = [path.parent.name for path in SOURCES]
+BANKS = ROOT / "tests" / "classroom"
+WITH_SLIPS = ("1_fourier", "3_laplacian", "6_maps")  # whose wrong answers go through nbgrader as well
+
+
+def in_assignment(check: object) -> object:
+    """Run a check on every assignment."""
+    return pytest.mark.parametrize("name", ASSIGNMENTS)(check)
+
+
+@functools.cache
+def source(name: str) -> nbformat.NotebookNode:
+    """Return the one source of an assignment."""
+    return notebooks.read(next((SOURCE / name).glob("*.ipynb")))
+
+
+def graded_cells(nb: nbformat.NotebookNode) -> dict[str, nbformat.NotebookNode]:
+    """Return the cells that nbgrader knows, by name."""
+    return {cell.metadata.nbgrader.grade_id: cell for cell in nb.cells if "nbgrader" in cell.metadata}
+
+
+@functools.cache
+def bank(section: str) -> list[Any]:
+    """Return (assignment, cell, law, code) of every answer in a section of the banks."""
+    found = []
+    for path in sorted(BANKS.glob("*.md")):
+        part = re.search(rf"^## {section}$(.*?)(?=^## |\Z)", path.read_text(encoding="utf-8"), re.MULTILINE | re.DOTALL)
+        assert part, f"{path.name} has no section {section}"
+        entries = re.findall(
+            r"^### ([a-z-]+): ([^\n]+)\n(?:Law: ([^\n]+)\n)?\n*```python\n(.*?)^```$", part[1], re.MULTILINE | re.DOTALL
+        )
+        assert len(entries) == part[1].count("### "), f"{path.name}: an entry of {section} cannot be read"
+        for cell, slip, law, code in entries:
+            found.append(pytest.param(path.stem, cell, law, code, id=f"{path.stem}-{cell}-{slip.replace(' ', '_')}"))
+    return found
+
+
+def evaluate(cell_source: str, names: dict[str, Any]) -> Any:
+    """Run a cell and return the value of its last line, as a notebook does."""
+    tree = ast.parse(cell_source)
+    last = tree.body.pop() if tree.body and isinstance(tree.body[-1], ast.Expr) else None
+    exec(compile(tree, "cell", "exec"), names)
+    return eval(compile(ast.Expression(last.value), "cell", "eval"), names) if last else None
+
+
+@functools.cache
+def solved_names(name: str) -> dict[str, Any]:
+    """Return what the solved assignment defines, up to its last answer."""
+    names: dict[str, Any] = {}
+    for cell in graded_cells(source(name)).values():
+        if cell.cell_type == "code" and not cell.metadata.nbgrader.grade:
+            evaluate(cell.source, names)
+    return names
+
+
+def marks(name: str, cell: str, code: str) -> Marks:
+    """Return what an answer earns with all tests, hidden ones included."""
+    names = dict(solved_names(name))
+    evaluate(code, names)
+    found = evaluate(graded_cells(source(name))[f"check-{cell}"].source, names)
+    assert isinstance(found, Marks)
+    return found
+
+
+# --- form -----------------------------------------------------------------------------------------------------------
+
+
+def test_there_are_six_assignments() -> None:
+    assert len(ASSIGNMENTS) == 6
+    assert sorted(path.stem for path in BANKS.glob("*.md")) == ASSIGNMENTS
+
+
+@in_assignment
+def test_a_source_is_in_normal_form_and_holds_no_outputs(name: str) -> None:
+    path = next((SOURCE / name).glob("*.ipynb"))
+    nb = notebooks.read(path)
+    for _, cell in notebooks.code_cells(nb):
+        assert cell.outputs == [] and cell.execution_count is None
+        assert set(cell.metadata) <= {"nbgrader", "tags"}
+    assert path.read_text(encoding="utf-8") == notebooks.to_text(nb)
+
+
+@in_assignment
+def test_points_add_up_and_every_answer_has_its_check(name: str) -> None:
+    cells = graded_cells(source(name))
+    settings = {gid: cell.metadata.nbgrader for gid, cell in cells.items()}
+    answers = [gid for gid, s in settings.items() if s.solution and not s.grade]
+    checks = [gid for gid, s in settings.items() if s.grade and not s.solution]
+    written = [gid for gid, s in settings.items() if s.grade and s.solution]
+    assert checks == [f"check-{gid}" for gid in answers]
+    assert written
+    assert sum(s.points for s in settings.values() if s.grade) == 40
+    text = "\n".join(cell.source for cell in source(name).cells if cell.cell_type == "markdown")
+    assert sum(int(points) for points in re.findall(r"^## .*\((\d+) points\)$", text, re.MULTILINE)) == 40
+    for gid in checks:
+        assert f"points={settings[gid].points})" in cells[gid].source
+        assert "### BEGIN HIDDEN TESTS" in cells[gid].source
+    for gid in written:
+        assert f"**Marking ({settings[gid].points} points).**" in cells[gid].source
+    assert all("### BEGIN SOLUTION" in cells[gid].source for gid in answers + written)
+
+
+# --- right and wrong answers, all tests in this process ---------------------------------------------------------------
+
+
+@in_assignment
+def test_the_solutions_earn_all_points(name: str) -> None:
+    for gid, cell in graded_cells(source(name)).items():
+        if gid.startswith("check-"):
+            found = evaluate(cell.source, dict(solved_names(name)))
+            assert found.earned == cell.metadata.nbgrader.points, f"{gid}: {list(map(str, found.verdicts))}"
+
+
+@pytest.mark.parametrize(("name", "cell", "law", "code"), bank("Wrong"))
+def test_a_wrong_answer_loses_points_and_names_its_law(name: str, cell: str, law: str, code: str) -> None:
+    found = marks(name, cell, code)
+    assert found.earned < found.points
+    wrong = [verdict for verdict in found.verdicts if verdict.status == "wrong"]
+    assert wrong
+    assert any(law in verdict.law for verdict in wrong), [str(verdict) for verdict in wrong]
+
+
+@pytest.mark.parametrize(("name", "cell", "law", "code"), bank("Right"))
+def test_an_unusual_right_answer_earns_all_points(name: str, cell: str, law: str, code: str) -> None:
+    found = marks(name, cell, code)
+    assert found.earned == found.points, [str(verdict) for verdict in found.verdicts]
+
+
+def test_the_banks_are_large() -> None:
+    assert len(bank("Wrong")) >= 40
+    assert len(bank("Right")) >= 20
+
+
+# --- nbgrader itself ------------------------------------------------------------------------------------------------
+
+SCORES = """
+import json, sys
+from nbgrader.api import Gradebook
+with Gradebook("sqlite:///gradebook.db") as book:
+    rows = [
+        [s.assignment.name, s.student.id, g.name, g.auto_score, g.max_score, g.cell.cell_type, g.needs_manual_grade]
+        for a in book.assignments for s in book.assignment_submissions(a.name) for n in s.notebooks for g in n.grades
+    ]
+json.dump(rows, sys.stdout)
+"""
+
+
+def run_in(course: Path, *command: str) -> str:
+    """Run a command of this environment in the course folder, as a teacher would, and return its output."""
+    path = os.pathsep.join([str(Path(sys.executable).parent), os.environ["PATH"]])
+    result = subprocess.run(command, cwd=course, env={**os.environ, "PATH": path}, capture_output=True, text=True, check=False)
+    assert result.returncode == 0, result.stderr[-3000:]
+    return result.stdout
+
+
+def hand_in(course: Path, student: str, name: str, answers: dict[str, str]) -> None:
+    """Store the student copy of an assignment, some of its cells filled in, as a student's submission."""
+    path = next((course / "release" / name).glob("*.ipynb"))
+    nb = notebooks.read(path)
+    for gid, cell in graded_cells(nb).items():
+        cell.source = answers.get(gid, cell.source)
+    notebooks.write(course / "submitted" / student / name / path.name, notebooks.to_text(nb))
+
+
+def solutions(name: str) -> dict[str, str]:
+    """Return the cells that a student fills in, as the source has them, without the markers."""
+    settings = {gid: cell for gid, cell in graded_cells(source(name)).items() if cell.metadata.nbgrader.solution}
+    return {gid: assignments.MARKERS.sub("", re.sub("^ +(?=### )", "", cell.source, flags=re.MULTILINE)) for gid, cell in settings.items()}
+
+
+def first_wrong(name: str) -> dict[str, str]:
+    """Return a wrong answer to every question, each the first of its bank."""
+    entries = [entry.values for entry in bank("Wrong") if entry.values[0] == name]
+    return {cell: code for _, cell, _, code in reversed(entries)}
+
+
+@pytest.fixture(scope="module")
+def course(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Return a course of which every assignment was made, handed in by three students, and marked."""
+    folder = tmp_path_factory.mktemp("course")
+    shutil.copy(ROOT / "classroom" / "nbgrader_config.py", folder)
+    shutil.copytree(SOURCE, folder / "source")
+    run_in(folder, "python", str(ROOT / "tools" / "assignments.py"), "--course", str(folder))
+    for name in ASSIGNMENTS:
+        hand_in(folder, "solved", name, solutions(name))
+        hand_in(folder, "blank", name, {})
+    for name in WITH_SLIPS:
+        hand_in(folder, "slips", name, solutions(name) | first_wrong(name))
+    run_in(folder, "nbgrader", "autograde", "*")
+    return folder
+
+
+@pytest.fixture(scope="module")
+def scores(course: Path) -> list[list[Any]]:
+    """Return what the autograder gave: (assignment, student, cell, score, points, cell type, to be marked by hand)."""
+    return json.loads(run_in(course, sys.executable, "-c", SCORES))
+
+
+@in_assignment
+def test_the_solved_copy_scores_full_marks(name: str, scores: list[list[Any]]) -> None:
+    graded = [row[3:] for row in scores if row[:2] == [name, "solved"]]
+    assert sum(points for _, points, *_ in graded) == 40
+    assert all(score == points for score, points, kind, _ in graded if kind == "code")
+    assert all(by_hand for _, _, kind, by_hand in graded if kind == "markdown")
+
+
+@in_assignment
+def test_the_untouched_copy_runs_and_scores_zero(name: str, course: Path, scores: list[list[Any]]) -> None:
+    graded = [row[3:] for row in scores if row[:2] == [name, "blank"]]
+    assert len(graded) >= 7
+    assert all(score == 0 and not by_hand for score, _, _, by_hand in graded)
+    marked = notebooks.read(next((course / "autograded" / "blank" / name).glob("*.ipynb")))
+    outputs = [output for _, cell in notebooks.code_cells(marked) for output in cell.outputs]
+    assert {output.output_type for output in outputs} == {"execute_result"}
+    assert all("**Not attempted yet.**" in output.data["text/markdown"] for output in outputs)
+
+
+@pytest.mark.parametrize("name", WITH_SLIPS)
+def test_a_copy_full_of_slips_loses_points_in_every_question(name: str, scores: list[list[Any]]) -> None:
+    graded = [row[2:6] for row in scores if row[:2] == [name, "slips"]]
+    assert len([row for row in graded if row[3] == "code"]) == len(first_wrong(name)) >= 7
+    assert all(score < points for _, score, points, kind in graded if kind == "code"), graded
+
+
+@in_assignment
+def test_a_student_copy_holds_no_solution_and_no_hidden_test(name: str, course: Path) -> None:
+    copy = next((course / "release" / name).glob("*.ipynb")).read_text(encoding="utf-8")
+    assert not re.search("BEGIN|END|SOLUTION|HIDDEN|Marking \\(", copy)
+    shown = {line.strip() for cell in nbformat.reads(copy, as_version=4).cells for line in cell.source.splitlines()}
+    hidden = [line for text in secrets(name) for line in text.splitlines()]
+    assert len(hidden) > 30
+    common = {"return ...", "]", ")", "}", ""}
+    assert not {line.strip() for line in hidden} & shown - common - also_shown(name)
+
+
+def secrets(name: str) -> list[str]:
+    """Return the regions of a source that no student may see: solutions, and tests that run when work is marked."""
+    between = r"### BEGIN {0}\n(.*?)\s*### END {0}"
+    kinds = [between.format("SOLUTION"), between.format("HIDDEN TESTS")]
+    return [text for cell in source(name).cells for kind in kinds for text in re.findall(kind, cell.source, re.DOTALL)]
+
+
+def also_shown(name: str) -> set[str]:
+    """Return the lines of a source that stand outside its secret regions as well."""
+    cells = [re.sub(r"### BEGIN (.*?)\n.*?### END \1", "", cell.source, flags=re.DOTALL) for cell in source(name).cells]
+    return {line.strip() for text in cells for line in text.splitlines()}
+
+
+@in_assignment
+def test_the_book_offers_no_solution_of_an_assignment(name: str, tmp_path: Path) -> None:
+    build_book.stage(ROOT, tmp_path / "executed", tmp_path / "static", tmp_path / "source")
+    offered = [*(tmp_path / "source").rglob("*"), *(ROOT / "_build" / "html").rglob("*")]
+    assert not [path for path in offered if "nbgrader" in path.name or path.parent.name in ASSIGNMENTS]
+    kinds = {".ipynb", ".md", ".txt", ".html"}
+    texts = {path: squeezed(path.read_text(encoding="utf-8")) for path in offered if path.is_file() and path.suffix in kinds}
+    assert len(texts) > 10
+    long_ones = [squeezed(json.dumps(text)[1:-1]) for text in secrets(name) if len(text) > 120]
+    assert len(long_ones) > 5
+    for secret in long_ones:
+        assert not [path for path, text in texts.items() if secret in text]
+
+
+def squeezed(text: str) -> str:
+    """Return a text without blanks, quotes and line breaks, in which code is found however a notebook splits it."""
+    return re.sub(r"\\n|[\s\"',]", "", text)
+
+
+def test_the_marking_guide_holds_every_written_question(course: Path) -> None:
+    guide = (course / assignments.GUIDE).read_text(encoding="utf-8")
+    written = [cell for name in ASSIGNMENTS for gid, cell in graded_cells(source(name)).items() if gid.startswith("written-")]
+    assert len(written) >= 6
+    assert len(re.findall(r"^\*\*Marking \(\d points\)\.\*\*", guide, re.MULTILINE)) == len(written)
+    assert len(re.findall(r"^## \d_\w+: \d\.\d In words", guide, re.MULTILINE)) == len(written)
+    assert "SOLUTION" not in guide
+
+
+def test_the_commands_for_one_laptop_work(course: Path) -> None:
+    readme = (ROOT / "classroom" / "README.md").read_text(encoding="utf-8")
+    block = re.search(r"^## On one laptop.*?```sh\n(.*?)```", readme, re.MULTILINE | re.DOTALL)
+    assert block
+    commands = [shlex.split(line, comments=True) for line in block[1].splitlines() if line.startswith("nbgrader ")]
+    assert [command[1] for command in commands] == ["autograde", "generate_feedback", "export"]
+    for command in commands:
+        run_in(course, *command)
+    assert "Not right." in (course / "feedback" / "slips" / "1_fourier" / "fourier.html").read_text(encoding="utf-8")
+    assert len((course / "grades.csv").read_text(encoding="utf-8").splitlines()) == 1 + 3 * len(ASSIGNMENTS)  # a row even for what was not handed in
+
+
+def test_the_recipe_for_a_hub_names_what_is_there() -> None:
+    recipe = (ROOT / "classroom" / "Dockerfile").read_text(encoding="utf-8")
+    copied = [word for line in re.findall(r"^COPY (.*) \S+$", recipe, re.MULTILINE) for word in line.split()]
+    assert copied and all((ROOT / name).exists() for name in copied)
+    assert not any(name.startswith(("classroom", ".", "tests")) for name in copied), "solutions in the image"
+    image = yaml.safe_load((ROOT / "classroom" / "jupyterhub" / "values.yaml").read_text(encoding="utf-8"))["singleuser"]["image"]
+    version = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]["version"]
+    assert image["tag"] == version
+    assert f"--tag {image['name']}:{version}" in recipe
+
+
+# --- the teacher's page ---------------------------------------------------------------------------------------------
+
+CHAPTERS = sorted((ROOT / "book").glob("[0-9][0-9]_*.ipynb"))
+
+
+def teachers_page() -> str:
+    """Return the teacher's page as it is stored."""
+    return (ROOT / objectives.PAGE).read_text(encoding="utf-8")
+
+
+def test_the_page_has_a_place_for_every_chapter() -> None:
+    places = [int(number) for number in objectives.MARKER.findall(teachers_page())]
+    assert places == list(range(1, 14))
+    assert {int(path.name[:2]) for path in CHAPTERS} <= set(places)
+
+
+@pytest.mark.parametrize("path", CHAPTERS, ids=[path.stem for path in CHAPTERS])
+def test_the_built_page_maps_every_objective_to_its_exercises(path: Path, tmp_path: Path) -> None:
+    (tmp_path / "book").mkdir()
+    shutil.copy(ROOT / objectives.PAGE, tmp_path / "book")
+    shutil.copy(path, tmp_path / "book")
+    objectives.fill(tmp_path)
+    page = (tmp_path / objectives.PAGE).read_text(encoding="utf-8")
+    assert page.count(objectives.MISSING) == 12
+    text = "\n\n".join(cell.source for cell in notebooks.read(path).cells)
+    numbers = re.findall(r"^- \*\*(\d+\.\d+)\*\*", text, re.MULTILINE)
+    assert 3 <= len(numbers) == len(objectives.objectives(text))
+    assert re.findall(r"^\* - \*\*(\d+\.\d+)\*\* \S", page, re.MULTILINE) == numbers
+    assert set(re.findall(r"\{ref\}`(ex-[a-z0-9-]+)`", page)) == set(re.findall(r":label: (ex-[a-z0-9-]+)", text))
+
+
+def test_an_objective_without_an_exercise_is_refused(tmp_path: Path) -> None:
+    nb = notebooks.read(CHAPTERS[0])
+    for cell in nb.cells:
+        cell.metadata["tags"] = [tag for tag in cell.metadata.get("tags", []) if tag != "objective-1.2"]
+    notebooks.write(tmp_path / CHAPTERS[0].name, notebooks.to_text(nb))
+    with pytest.raises(notebooks.NotebookError, match="no exercise tests objective 1.2"):
+        objectives.filled("% objectives of chapter 1\n", tmp_path)
+
+
+def test_every_chapter_has_a_sketch_three_beliefs_and_words_for_marking() -> None:
+    sections = re.split(r"^### (?=\d+ · )", teachers_page(), flags=re.MULTILINE)[1:]
+    assert len(sections) == 13
+    for number, section in enumerate(sections, start=1):
+        assert (ROOT / "book" / "_static" / "board" / f"{number:02d}.svg").exists()
+        assert f"_static/board/{number:02d}.svg" in section and ":alt: " in section
+        assert len(re.findall(r'^- "[^\n]+" Ask: [^\n]+\([^\n]+\)$', section, re.MULTILINE)) == 3
+        assert all(word in section for word in ("**Time:**", "**Before it:**", "**Assignment:**", "*In words.*"))

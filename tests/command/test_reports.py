@@ -1,0 +1,79 @@
+"""Reports: one page with everything in it, that asks nothing of any host, and scenes that turn in a real browser."""
+
+from __future__ import annotations
+
+import json
+import re
+import shutil
+
+import numpy as np
+import pytest
+
+from spectral_notes import plotting
+from spectral_notes.command.cli import main
+from spectral_notes.command.reports import PLOTLY, report_page
+from spectral_notes.files.mesh_files import write_mesh
+from spectral_notes.meshes import PointCloud
+from spectral_notes.plotting.rendering import SurfaceView
+from spectral_notes.shapes import egg
+
+CHROMIUM = shutil.which("chromium") or shutil.which("google-chrome")
+SWITCHES = ["--no-sandbox", "--disable-gpu", "--use-gl=angle", "--use-angle=swiftshader", "--enable-unsafe-swiftshader"]
+
+
+def page_of(**facts):
+    """A report about a small cloud."""
+    view = SurfaceView(PointCloud(np.eye(3)), [1.0, 0.0, -1.0], title="$\\phi$ <&>")
+    return report_page("A <b> & 'c'", facts, [view], plotting.plot_views([view]))
+
+
+def test_what_people_wrote_is_shown_and_not_obeyed():
+    page = page_of(
+        name="</script><script>alert(1)</script>", nothing="", values=[0.5] * 20, inner={"a": True, "b": None}
+    )
+    assert "<title>A &lt;b&gt; &amp; &#x27;c&#x27;</title>" in page
+    assert "alert(1)</script>" not in page
+    assert '<option value="0">φ &lt;&amp;&gt;</option>' in page
+    assert "<th>inner a</th><td>yes</td>" in page
+    assert "<th>inner b</th><td>–</td>" in page
+    assert "(20 in all)" in page
+    assert "<th>nothing</th>" not in page
+
+
+def test_the_page_holds_plotly_and_names_nothing_outside():
+    own = page_of(faces=80).replace(PLOTLY.read_text(encoding="utf-8"), "")
+    assert len(page_of()) > len(own) + 1_000_000
+    assert not re.search(r"(src|href)\s*=\s*[\"'](?!data:)", own)
+    assert "://" not in own
+    assert "default-src 'none'" in own
+    scenes = re.search(r"const scenes = (\[.*\]);\n", own)
+    assert scenes
+    assert set(json.loads(scenes[1])[0]) == {"data", "layout"}
+
+
+@pytest.mark.skipif(CHROMIUM is None, reason="no Chromium on this system")
+@pytest.mark.parametrize(("width", "scheme"), [(1200, "light"), (390, "dark")])
+def test_a_report_turns_in_a_browser_without_a_request(tmp_path, width, scheme):
+    from playwright.sync_api import sync_playwright
+
+    write_mesh(tmp_path / "egg.obj", egg(subdivisions=2))
+    assert main(["modes", str(tmp_path / "egg.obj"), "-k", "12", "-o", str(tmp_path / "egg.html")]) == 0
+    with sync_playwright() as engine:
+        browser = engine.chromium.launch(executable_path=CHROMIUM, args=SWITCHES)
+        page = browser.new_page(viewport={"width": width, "height": 800}, color_scheme=scheme)
+        asked, faults = [], []
+        page.on("request", lambda request: asked.append(request.url))
+        page.on("pageerror", lambda error: faults.append(str(error)))
+        page.goto((tmp_path / "egg.html").as_uri())
+        page.click("#start")
+        page.wait_for_selector("#stage canvas")
+        page.select_option("#which", "1")
+        page.wait_for_timeout(500)
+        canvas, stage = page.locator("#stage canvas").first.bounding_box(), page.locator("#stage").bounding_box()
+        wide = page.evaluate("document.documentElement.scrollWidth")
+        browser.close()
+    assert [url for url in asked if not url.startswith(("file:", "data:", "blob:"))] == []
+    assert faults == []
+    assert wide <= width
+    assert canvas["width"] == pytest.approx(stage["width"], abs=4)
+    assert canvas["height"] == pytest.approx(stage["height"], abs=4)

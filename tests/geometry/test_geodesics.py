@@ -1,0 +1,113 @@
+"""Geodesics and transport: closed forms on the plane and the sphere, and every promised error."""
+
+from __future__ import annotations
+
+from itertools import pairwise
+
+import numpy as np
+import pytest
+
+from spectral_notes.geometry.curvature import angle_defects
+from spectral_notes.geometry.geodesics import faces_under_arcs, geodesic_distances, parallel_transport
+from spectral_notes.meshes import TriangleMesh, face_normals
+from spectral_notes.shapes import sphere
+
+
+def test_distances_on_a_flat_square_are_straight(unit_square):
+    np.testing.assert_allclose(geodesic_distances(unit_square, [1]), [1, 0, 1, np.sqrt(2)])
+    np.testing.assert_allclose(geodesic_distances(unit_square, [1, 3]), [1, 0, 1, 0])
+
+
+def test_distances_on_the_sphere_approach_great_circles_at_order_two():
+    def error(level):
+        ball = sphere(level)
+        angle = np.arccos(np.clip(ball.vertices @ ball.vertices[0], -1, 1))
+        return np.abs(geodesic_distances(ball, [0]) - angle).max()
+
+    assert np.log2(error(2) / error(3)) > 1.7
+
+
+def fan(n):
+    """A flat closed ring of n equal faces round vertex 0."""
+    turn = 2 * np.pi * np.arange(n) / n
+    rim = np.c_[np.cos(turn), np.sin(turn), np.zeros(n)]
+    return TriangleMesh(np.r_[[[0, 0, 0]], rim], [[0, 1 + i, 1 + (i + 1) % n] for i in range(n)])
+
+
+@pytest.mark.parametrize("lift", [0.0, 0.5, 2.0])
+def test_round_a_vertex_the_arrow_turns_by_the_angle_defect(lift):
+    flat = fan(6)
+    cone = TriangleMesh(flat.vertices + lift * np.eye(7)[:, [0]] * [0, 0, 1], flat.faces)
+    start = cone.vertices[1] - cone.vertices[0]
+    arrows = parallel_transport(cone, [0, 1, 2, 3, 4, 5, 0], start)
+    lengths = np.linalg.norm(arrows, axis=1)
+    np.testing.assert_allclose(lengths, lengths[0])
+    normal = face_normals(cone)[0]
+    turned = np.arctan2(np.cross(arrows[0], arrows[-1]) @ normal, arrows[0] @ arrows[-1])
+    miss = (turned - angle_defects(cone)[0] + np.pi) % (2 * np.pi) - np.pi
+    assert miss == pytest.approx(0.0, abs=1e-9)  # counter-clockwise round the tip, counter-clockwise the turn
+
+
+def test_there_and_back_is_the_same_arrow():
+    ball = sphere(1)
+    here = 0
+    there = next(f for f in range(1, ball.n_faces) if len(np.intersect1d(ball.faces[0], ball.faces[f])) == 2)
+    arrows = parallel_transport(ball, [here, there, here], [0.3, -0.2, 0.9])
+    np.testing.assert_allclose(arrows[2], arrows[0], atol=1e-14)
+    assert abs(arrows[1] @ face_normals(ball)[there]) < 1e-14
+
+
+def open_ball():
+    """A sphere without the faces half way from the first corner of the triangle to the second."""
+    ball = sphere(3)
+    way = faces_under_arcs(ball, TRIANGLE[:2])
+    return TriangleMesh(ball.vertices, np.delete(ball.faces, way[len(way) // 2], axis=0))
+
+
+TRIANGLE = np.array([[0.9, 0.1, 0.2], [-0.1, 0.8, 0.3], [0.1, -0.2, 0.7]])  # generic, counter-clockwise
+
+
+def test_faces_under_arcs_are_neighbours_and_lie_under_the_arcs():
+    ball = sphere(3)
+    path = faces_under_arcs(ball, TRIANGLE[[0, 1, 2, 0]])
+    assert path[0] == path[-1]
+    for here, there in pairwise(path):
+        assert len(np.intersect1d(ball.faces[here], ball.faces[there])) == 2
+    way = np.concatenate([np.linspace(a, b, 400) for a, b in zip(TRIANGLE, np.roll(TRIANGLE, -1, 0), strict=True)])
+    sides = np.cross(ball.vertices[ball.faces], ball.vertices[np.roll(ball.faces, -1, axis=1)])
+    assert set(np.argmax((sides @ way.T).min(axis=1), axis=0)) == set(path)  # dense samples fall on these faces
+
+
+def test_the_arrow_turns_by_the_defects_inside_the_triangle():
+    ball = sphere(3)
+    path = faces_under_arcs(ball, TRIANGLE[[0, 1, 2, 0]])
+    arrows = parallel_transport(ball, path, [0.2, 0.3, 0.9])
+    turned = np.arctan2(np.cross(arrows[0], arrows[-1]) @ face_normals(ball)[path[0]], arrows[0] @ arrows[-1])
+    inside = (ball.vertices @ np.cross(TRIANGLE, np.roll(TRIANGLE, -1, axis=0)).T >= 0).all(axis=1)
+    assert turned == pytest.approx(angle_defects(ball)[inside].sum(), abs=1e-12)
+
+
+def test_arcs_may_follow_a_circle_the_other_way():
+    ball = sphere(2)
+    there = faces_under_arcs(ball, TRIANGLE[:2])
+    np.testing.assert_array_equal(faces_under_arcs(ball, TRIANGLE[1::-1]), there[::-1])
+    assert faces_under_arcs(ball, [TRIANGLE[0], 1.001 * TRIANGLE[0] + 1e-9 * TRIANGLE[1]]).tolist() == [there[0]]
+
+
+def test_refusals(unit_square):
+    ball = sphere(1)
+    far = next(f for f in range(1, ball.n_faces) if len(np.intersect1d(ball.faces[0], ball.faces[f])) == 0)
+    cases = [
+        (lambda: geodesic_distances(unit_square, []), "sources must name at least one vertex"),
+        (lambda: geodesic_distances(unit_square, [4]), "sources must lie in 0 .. 3; found 4"),
+        (lambda: parallel_transport(ball, [], [1, 0, 0]), "path must name at least one face"),
+        (lambda: parallel_transport(ball, [0, far], [1, 0, 0]), f"0 and {far} share no single edge"),
+        (lambda: faces_under_arcs(ball, TRIANGLE[:1]), "corners must hold at least two points; got 1"),
+        (lambda: faces_under_arcs(ball, [TRIANGLE[0], -TRIANGLE[0]]), "0 and 1 lie on a line with the origin"),
+        (lambda: faces_under_arcs(ball, [ball.vertices[0], TRIANGLE[0]]), "corners must lie over the inside of faces"),
+        (lambda: faces_under_arcs(open_ball(), TRIANGLE[:2]), "no way leads from corner 0 to 1"),
+        (lambda: parallel_transport(ball, [0], [1, 0]), r"arrow must have shape \(3,\)"),
+    ]
+    for call, message in cases:
+        with pytest.raises(ValueError, match=message):
+            call()

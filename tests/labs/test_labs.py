@@ -1,0 +1,270 @@
+"""The labs: their numbers in Node, what the library exports for them, and both against each other."""
+
+from __future__ import annotations
+
+import json
+import re
+import shutil
+import subprocess
+from pathlib import Path
+
+import lab_files
+import numpy as np
+import pytest
+from sklearn.metrics import adjusted_rand_score
+
+from spectral_notes import labs
+from spectral_notes.clustering import spectral_clusters, spectral_embedding
+from spectral_notes.diffusion import heat, point_source
+from spectral_notes.eigenbasis import compute_eigenbasis
+from spectral_notes.geometry.nodal import nodal_domains
+from spectral_notes.labs.data import (
+    LabData,
+    coarse_copy,
+    in_unit_area,
+    pack_array,
+    quantise,
+    surface_data,
+    unpack_array,
+)
+from spectral_notes.labs.recipes import map_data, parts_data
+from spectral_notes.laplacians import cotan_laplacian
+from spectral_notes.meshes import TriangleMesh, corner_angles, euler_characteristic, face_areas
+from spectral_notes.shapes import egg, goat, sphere
+
+ROOT = Path(__file__).resolve().parents[2]
+NODE = shutil.which("node")
+NUMERICS = ROOT / "spectral_notes" / "labs" / "static" / "numerics.js"
+needs_node = pytest.mark.skipif(NODE is None, reason="node is not installed: the scripts of the labs are not run")
+
+
+def in_node(tmp_path: Path, data: LabData, expression: str) -> object:
+    """Return what an expression over the decoded data (`d`) and the numerics (`N`) is in Node."""
+    (tmp_path / "data.js").write_text(data.script("data"), encoding="utf-8")
+    (tmp_path / "run.js").write_text(
+        f"require({json.dumps(str(NUMERICS))}); const N = spectralNotes.numerics; let given;"
+        "spectralNotes.register = (name, value) => (given = value); require('./data.js');"
+        "N.decodeAll(given.arrays).then((arrays) => { const d = { ...given.facts, ...arrays };"
+        f"console.log(JSON.stringify({expression})); }});",
+        encoding="utf-8",
+    )
+    done = subprocess.run([str(NODE), "run.js"], cwd=tmp_path, capture_output=True, text=True, check=False, timeout=120)
+    assert done.returncode == 0, done.stderr
+    return json.loads(done.stdout)
+
+
+@needs_node
+def test_the_numbers_of_the_labs_pass_their_own_tests():
+    done = subprocess.run([str(NODE), "--test", "tests/labs"], cwd=ROOT, capture_output=True, text=True, check=False, timeout=120)
+    assert done.returncode == 0, done.stdout[-3000:] + done.stderr[-1000:]
+    assert "# fail 0" in done.stdout and "# pass 0" not in done.stdout
+
+
+# --- arrays -----------------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("dtype", [np.float16, np.float32, np.uint16, np.int8])
+@pytest.mark.parametrize("shape", [(0,), (7,), (3, 5)])
+def test_an_array_comes_back_bit_by_bit(dtype, shape):
+    bits = np.random.default_rng(0).integers(0, 100, shape)
+    array = (bits - 50 if np.dtype(dtype).kind != "u" else bits).astype(dtype)
+    back = unpack_array(pack_array(array))
+    assert back.dtype == array.dtype and back.shape == array.shape
+    assert back.tobytes() == array.tobytes()
+
+
+def test_an_array_of_another_type_is_refused():
+    with pytest.raises(ValueError, match="array's type must be one of 'float16', 'float32', 'uint16', 'int8'; got 'float64'"):
+        pack_array(np.zeros(3))
+
+
+@needs_node
+def test_node_decodes_what_python_packs(tmp_path):
+    rng = np.random.default_rng(1)
+    arrays = {
+        "a": rng.normal(size=(4, 5)).astype(np.float16),
+        "b": rng.normal(size=6).astype(np.float32),
+        "c": rng.integers(0, 65536, 7).astype(np.uint16),
+        "d": rng.integers(-128, 128, 8).astype(np.int8),
+    }
+    found = in_node(tmp_path, LabData({"x": 1}, arrays), "['a', 'b', 'c', 'd'].map((name) => Array.from(d[name]))")
+    for array, values in zip(arrays.values(), found, strict=True):
+        assert np.array_equal(np.array(values).astype(array.dtype), array.ravel())
+
+
+def test_quantised_modes_are_within_half_a_step():
+    evecs = np.random.default_rng(2).normal(size=(50, 9))
+    packed = quantise(evecs, 4)
+    assert np.abs(packed["evecs"].T - evecs[:, :4]).max() <= np.abs(evecs).max() * 2.0**-11
+    back = packed["evecs_in_bytes"] * packed["steps"][:, None].astype(np.float64)
+    assert np.all(np.abs(back.T - evecs[:, 4:]) <= 0.5001 * packed["steps"])
+    assert set(quantise(evecs, 9)) == {"evecs"}
+
+
+# --- surfaces ---------------------------------------------------------------------------------------------------------
+
+
+def test_a_coarse_copy_keeps_the_topology_the_area_and_good_triangles():
+    mesh = goat()
+    coarse, P = coarse_copy(mesh, 3000)
+    assert abs(coarse.n_vertices - 3000) <= 1
+    assert euler_characteristic(coarse) == 2
+    assert np.allclose(P.sum(axis=1), 1.0)
+    assert abs(face_areas(coarse).sum() / face_areas(mesh).sum() - 1) < 0.03
+    assert np.degrees(corner_angles(coarse).min()) > 10
+    posed = TriangleMesh(P @ goat("walk").vertices, coarse.faces)
+    assert abs(face_areas(posed).sum() / face_areas(coarse).sum() - 1) < 0.02
+
+
+def test_a_small_mesh_is_its_own_copy():
+    mesh = sphere(2)
+    coarse, P = coarse_copy(mesh, 1000)
+    assert coarse is mesh
+    assert abs(P @ mesh.vertices - mesh.vertices).max() == 0
+
+
+def test_a_mesh_that_cannot_be_simplified_says_so():
+    vertices = [[0, 0, 0], [1, 0, 0], *[[0.5, np.cos(a), np.sin(a)] for a in np.linspace(0, 5, 9)]]
+    fan = TriangleMesh(vertices, [[0, 1, i] for i in range(2, 11)])
+    with pytest.raises(ValueError, match=r"mesh must be manifold to be simplified from 11 to 5 vertices; see health\(mesh\)"):
+        coarse_copy(fan, 5)
+
+
+def test_too_many_vertices_or_too_few_for_the_modes_are_named():
+    with pytest.raises(ValueError, match="mesh's number of vertices must be between 200 and 20000; got 162"):
+        surface_data(sphere(2), 200)
+    with pytest.raises(ValueError, match="n must be between 4 and 20000; got 3"):
+        coarse_copy(sphere(2), 3)
+
+
+@pytest.mark.parametrize("in_bytes", [False, True])
+@needs_node
+def test_a_reconstruction_in_node_errs_as_in_python(tmp_path, in_bytes):
+    mesh = in_unit_area(coarse_copy(goat(), 1500)[0])
+    basis = compute_eigenbasis(*cotan_laplacian(mesh), 200)
+    c = basis.analyze(mesh.vertices)
+    mass = basis.M.diagonal()
+    diagonal = np.linalg.norm(np.ptp(mesh.vertices, axis=0))
+    counts = [1, 10, 50, 120, 200]
+    lost = [mesh.vertices - basis.truncate(k).synthesize(c[:k]) for k in counts]
+    wanted = [np.sqrt((mass @ gap**2).sum() / mass.sum()) / diagonal for gap in lost]
+    join = "d.evecs_in_bytes ? N.joinBasis(d.evecs, d.evecs_in_bytes, d.steps, d.n) : d.evecs"
+    parts = "(array, n) => [0, 1, 2].map((i) => array.subarray(i * n, (i + 1) * n))"
+    expression = (
+        f"((evecs, parts) => {json.dumps(counts)}.map((k) => N.rmsDistance(d.mass, parts(d.vertices, d.n),"
+        f" parts(d.coefficients, d.k).map((c) => N.synthesize(evecs, c, d.n, 0, k)))))({join}, {parts})"
+    )
+    found = np.array(in_node(tmp_path, surface_data(mesh, 200, in_bytes=in_bytes), expression)) / diagonal
+    assert np.abs(found - wanted).max() < 1e-4
+
+
+@needs_node
+def test_node_counts_nodal_domains_as_python_does(tmp_path):
+    mesh = in_unit_area(egg(3))
+    data = surface_data(mesh, 60)
+    modes = [1, 5, 20, 59]
+    expression = f"{modes}.map((k) => N.nodalDomains(d.faces, d.evecs.subarray(k * d.n, (k + 1) * d.n)))"
+    evecs = data.arrays["evecs"].astype(np.float64)
+    assert in_node(tmp_path, data, expression) == [int(nodal_domains(mesh, evecs[k], tol=1e-3).max()) + 1 for k in modes]
+
+
+# --- maps and parts ---------------------------------------------------------------------------------------------------
+
+
+def test_a_map_that_lacks_vertices_is_refused():
+    with pytest.raises(ValueError, match=r"p2p_21 must have shape \(162,\); got \(3,\)"):
+        map_data(egg(2), egg(2), [0, 1, 2], 4)
+
+
+def test_a_map_pulls_functions_back_in_the_direction_of_its_name():
+    mesh = egg(2)
+    rng = np.random.default_rng(3)
+    order = rng.permutation(mesh.n_vertices)  # vertex i of the copy is vertex order[i] of the mesh
+    inverse = np.argsort(order)
+    copy = TriangleMesh(mesh.vertices[order], inverse[mesh.faces], "copy")
+    data = map_data(mesh, copy, order, 12)
+    evecs_1, evecs_2, C_12 = (data.arrays[name].astype(np.float64) for name in ("evecs_1", "evecs_2", "C_12"))
+    c = rng.normal(size=12)
+    assert np.abs(evecs_2.T @ (C_12 @ c) - (evecs_1.T @ c)[order]).max() < 0.02
+
+
+def test_parts_are_those_of_the_library_with_numbers_that_stay():
+    poses = lab_files.dolls_in_poses(1500)
+    data = parts_data(poses, [6, 7])
+    labels = data.arrays["labels"]
+    assert labels.shape == (4, 2, poses[0].n_vertices)
+    basis = compute_eigenbasis(*cotan_laplacian(poses[2]), 9)
+    found = spectral_clusters(spectral_embedding(basis, 8), 7, mass=basis.M.diagonal())
+    assert len({(a, b) for a, b in zip(found, labels[2, 1], strict=True)}) == 7  # the same parts under other names
+    assert (labels == labels[0]).mean() > 0.9
+    assert (labels[0, 0] == labels[0, 1]).mean() > 0.5
+
+
+def test_what_the_lab_of_clusters_tells_the_reader_to_notice():
+    counts = list(range(2, 13))
+    labels = parts_data(lab_files.dolls_in_poses(5000), counts).arrays["labels"]
+    agreement = np.array([[adjusted_rand_score(labels[0, i], pose[i]) for i in range(len(counts))] for pose in labels[1:]])
+    assert agreement[:, 0].max() < 0.5  # two parts: nobody agrees with the pose at rest
+    assert agreement[:2, 1:].min() > 0.95 and agreement[2, 1:7].min() > 0.95
+    assert agreement[2, [7, 8, 10]].max() < 0.9  # the wave: nine, ten and twelve
+    stays = [(labels[0, i] == labels[0, i - 1]).mean() for i in range(counts.index(8), len(counts))]
+    assert min(stays) > 0.8
+
+
+def test_what_the_lab_of_heat_tells_the_reader_to_notice():
+    mesh = in_unit_area(coarse_copy(goat(), 3000)[0])
+    basis = compute_eigenbasis(*cotan_laplacian(mesh), 300)
+    hoof = int(mesh.vertices[:, 1].argmin())
+    for t in np.geomspace(6 / basis.evals[-1], 1 / basis.evals[1], 9):
+        hottest = int(heat(basis, point_source(basis.M, hoof), t).argmax())
+        assert np.linalg.norm(mesh.vertices[hottest] - mesh.vertices[hoof]) < 0.4 * np.ptp(mesh.vertices[:, 1])
+
+
+def test_poses_with_other_faces_are_refused():
+    with pytest.raises(ValueError, match="poses must share their faces"):
+        parts_data([egg(2), egg(1)], [2])
+    with pytest.raises(ValueError, match="counts must be between 1 and 12; got 13"):
+        parts_data([egg(2)], [13])
+
+
+# --- a lab of one's own -----------------------------------------------------------------------------------------------
+
+
+def registered(page: str) -> list[LabData]:
+    """Return the data inside a page, as facts and packed arrays."""
+    return [json.loads(text) for text in re.findall(r'<script>spectralNotes\.register\("[^"]+", (.*)\);\n</script>', page)]
+
+
+@pytest.mark.parametrize(
+    ("name", "meshes"),
+    [("eigenfunctions", [egg(2), sphere(2)]), ("reconstruction", [egg(3)]), ("heat", [egg(2)]), ("functional-map", [egg(2), egg(2)]), ("fourier", [])],
+)
+def test_a_lab_of_ones_own_is_a_page_that_asks_nobody(name, meshes):
+    page = labs.lab(name, *meshes, k=12 if meshes else None).page
+    assert len(registered(page)) == (len(meshes) if name == "eigenfunctions" else bool(meshes))
+    assert f'<spectral-lab name="{name}"' in page
+    assert not re.search(r'<(script|link|img)[^>]+(src|href)=', page)
+    assert labs.lab("fourier")._repr_html_().startswith("<iframe")
+
+
+def test_a_lab_of_ones_own_takes_a_large_mesh_and_two_poses():
+    page = labs.lab("functional-map", goat(), goat("walk"), k=20).page
+    facts = registered(page)[0]["facts"]
+    assert abs(facts["n_1"] - 2500) <= 1 and abs(facts["n_2"] - 2500) <= 1
+    C = unpack_array(registered(page)[0]["arrays"]["C_12"])
+    assert np.abs(C.T @ C - np.eye(20)).max() < 0.2
+    parts = registered(labs.lab("clusters", goat(), goat("walk")).page)[0]
+    assert parts["facts"]["poses"] == ["goat", "goat_walk"]
+
+
+def test_a_lab_says_what_it_needs():
+    with pytest.raises(ValueError, match="name must be one of 'eigenfunctions'"):
+        labs.lab("drum", egg(2))
+    with pytest.raises(ValueError, match="the number of meshes must be between 1 and 1; got 2"):
+        labs.lab("heat", egg(2), egg(2))
+    with pytest.raises(TypeError, match="meshes must be TriangleMesh; got ndarray"):
+        labs.lab("heat", egg(2).vertices)
+    with pytest.raises(ValueError, match="p2p_21 must be given"):
+        labs.lab("functional-map", egg(2), egg(1))
+    with pytest.raises(ValueError, match="meshes must share their faces"):
+        labs.lab("clusters", egg(2), egg(1))

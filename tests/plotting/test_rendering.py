@@ -1,0 +1,187 @@
+"""Pictures: the right colours in the right place, the house style, and every promised error."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+
+import matplotlib.pyplot as plt
+import numpy as np
+import pytest
+import scipy.sparse as sp
+
+from spectral_notes import plotting
+from spectral_notes.eigenbasis import compute_eigenbasis
+from spectral_notes.laplacians import cotan_laplacian
+from spectral_notes.meshes import PointCloud, TriangleMesh
+from spectral_notes.plotting import rendering
+from spectral_notes.plotting.rendering import SurfaceView, render
+
+FRONT = ((0.0, 0.0, 1.0), (0.0, 1.0, 0.0))
+
+
+@pytest.fixture
+def square() -> TriangleMesh:
+    """A fine square in the plane z = 0, seen from the front."""
+    x, y = (axis.ravel() for axis in np.meshgrid(*2 * [np.linspace(-1, 1, 21)], indexing="ij"))
+    corner = (np.arange(20)[:, None] * 21 + np.arange(20)).ravel()
+    return TriangleMesh(np.c_[x, y, 0 * x], np.r_[np.c_[corner, corner + 21, corner + 22], np.c_[corner, corner + 22, corner + 1]])
+
+
+@pytest.fixture(autouse=True)
+def _close_figures():
+    yield
+    plt.close("all")
+
+
+def ink(image):
+    """Mask of the pixels that are not white."""
+    return (image < 250).any(axis=2)
+
+
+def test_a_ramp_is_blue_left_red_right_and_black_between(square):
+    x = square.vertices[:, 0]
+    image = render(SurfaceView(square, x, camera=FRONT), size=200).astype(int)
+    row = image[100]
+    left, middle, right = row[60], row[95:106], row[140]
+    assert left[2] > left[0] + 40
+    assert right[0] > right[2] + 40
+    assert middle.min(axis=0).max() < 90  # the nodal line
+    bare = render(SurfaceView(square, x, camera=FRONT, nodal_lines=False), size=200).astype(int)
+    assert bare[100, 95:106].min() > 120
+    assert (image[0, 0] == 255).all()
+
+
+def test_values_on_faces_and_labels_take_their_colours(square):
+    half = (square.vertices[square.faces].mean(axis=1)[:, 0] > 0).astype(float)
+    image = render(SurfaceView(square, half, kind="positive", limits=(0, 1), camera=FRONT), size=120).astype(int)
+    assert image[60, 85, 1] > image[60, 35, 1] + 80  # viridis: yellow against violet
+    labels = (square.vertices[:, 0] > 0).astype(int)
+    image = render(SurfaceView(square, labels, kind="labels", camera=FRONT), size=120).astype(int)
+    assert image[60, 35, 2] > image[60, 35, 0]  # the first label is blue, the second red
+    assert image[60, 85, 0] > image[60, 85, 2]
+
+
+def test_marks_and_clouds_leave_ink(square):
+    plain = render(SurfaceView(square, camera=FRONT), size=150)
+    marks = {
+        "arrows": ([[0, 0, 0.1]], [[0.5, 0.5, 0]]),
+        "curves": ([[-1, -1, 0.01], [1, 1, 0.01]],),
+        "points": [[0, 0, 0.05]],
+        "edges": True,
+    }
+    for name, mark in marks.items():
+        marked = render(SurfaceView(square, camera=FRONT, **{name: mark}), size=150)
+        assert (np.abs(marked.astype(int) - plain) > 60).any(axis=2).sum() > 8, name
+    cloud = PointCloud(square.vertices)
+    assert ink(render(SurfaceView(cloud, cloud.points[:, 0], camera=FRONT), size=150)).mean() > 0.02
+
+
+def test_the_same_shape_is_seen_from_the_same_side():
+    walking = SurfaceView(TriangleMesh(np.eye(3), [[0, 1, 2]], name="doll_walk"))
+    assert walking.view_direction == rendering.CAMERAS["doll"]
+    assert SurfaceView(TriangleMesh(np.eye(3), [[0, 1, 2]])).view_direction == rendering.DEFAULT_CAMERA
+
+
+def test_colour_limits():
+    triangle = TriangleMesh(np.eye(3), [[0, 1, 2]])
+    low, high = SurfaceView(triangle, [-1.0, 0.0, 2.0]).color_limits
+    assert low == -high
+    assert SurfaceView(triangle, [0.0, 0.0, 0.0]).color_limits == (-1.0, 1.0)
+    assert SurfaceView(triangle, [1.0, 2.0, 3.0], limits=(0, 9)).color_limits == (0, 9)
+
+
+def test_rendering_is_silent_without_a_screen():
+    code = (
+        "import numpy as np; from spectral_notes.meshes import TriangleMesh; from spectral_notes.plotting.rendering import *;"
+        "print(render(SurfaceView(TriangleMesh(np.eye(3), [[0, 1, 2]])), size=32).shape)"
+    )
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, env=_no_screen(), check=True)
+    assert done.stdout.strip() == "(32, 32, 3)"
+    assert done.stderr == ""
+
+
+def _no_screen():
+    import os
+
+    return {key: value for key, value in os.environ.items() if key not in ("DISPLAY", "VTK_DEFAULT_OPENGL_WINDOW")}
+
+
+@pytest.mark.skipif(not sys.platform.startswith("linux"), reason="macOS and Windows bring their own OpenGL")
+def test_the_choice_of_gl_library(monkeypatch):
+    monkeypatch.delenv("VTK_DEFAULT_OPENGL_WINDOW", raising=False)
+    monkeypatch.setattr(rendering, "_can_load", lambda library: False)
+    with pytest.raises(RuntimeError, match=r"(?s)neither EGL nor OSMesa.*apt-get install libegl1.*dnf.*macOS and Windows"):
+        rendering.choose_gl_window()
+    monkeypatch.setattr(rendering, "_can_load", lambda library: "OSMesa" in library)
+    rendering.choose_gl_window()
+    import os
+
+    assert os.environ["VTK_DEFAULT_OPENGL_WINDOW"] == "vtkOSOpenGLRenderWindow"
+    monkeypatch.setenv("VTK_DEFAULT_OPENGL_WINDOW", "mine")
+    rendering.choose_gl_window()
+    assert os.environ["VTK_DEFAULT_OPENGL_WINDOW"] == "mine"
+
+
+# -- figures -----------------------------------------------------------------------------------------------------------
+
+
+def test_the_house_style_is_white_with_a_colour_blind_safe_cycle():
+    plotting.use_house_style()
+    assert plt.rcParams["axes.facecolor"] == "white"
+    assert plt.rcParams["axes.prop_cycle"].by_key()["color"][0] == "#0072B2"
+
+
+def test_matrix_picture_is_symmetric_about_zero():
+    axes = plotting.plot_matrix(sp.csr_array([[1.0, -3.0]]), title="T")
+    picture = axes.get_images()[0]
+    assert picture.get_clim() == (-3.0, 3.0)
+    assert axes.get_title() == "T"
+    host = plt.figure().add_subplot()
+    assert plotting.plot_matrix(np.zeros((2, 2)), ax=host) is host
+
+
+def test_columns_rows_and_titles(square):
+    basis = compute_eigenbasis(*cotan_laplacian(square), k=4)
+    figure = plotting.plot_modes(square, basis, [0, 1, 3], n_columns=2)
+    assert [axes.get_title() for axes in figure.axes] == ["mode 0", "mode 1", "mode 3"]
+    boxes = [axes.get_position() for axes in figure.axes]
+    assert boxes[0].y0 == boxes[1].y0 > boxes[2].y0
+    shapes = {axes.get_images()[0].get_array().shape for axes in figure.axes}
+    assert len(shapes) == 1
+
+
+def test_a_colour_bar_makes_the_limits_common(square):
+    x = square.vertices[:, 0]
+    figure = plotting.plot_surfaces(square, np.c_[x, 4 * x], color_bar="height", camera=FRONT)
+    pale, strong = (axes.get_images()[0].get_array().astype(int) for axes in figure.axes[:2])
+    middle, right = pale.shape[0] // 2, int(0.85 * pale.shape[1])
+    assert pale[middle, right, 2] > strong[middle, right, 2] + 40
+    assert figure.axes[2].get_xlabel() == "height"
+    assert figure.axes[2].get_xlim()[1] == pytest.approx(4.0, rel=0.05)
+
+
+@pytest.mark.parametrize(
+    ("call", "error", "message"),
+    [
+        (lambda s: SurfaceView(s.vertices), TypeError, "surface must be a TriangleMesh or a PointCloud; got ndarray"),
+        (lambda s: SurfaceView(s, [1.0, 2.0]), ValueError, r"values must hold one number per vertex or face, \(441, 800\); got 2"),
+        (lambda s: SurfaceView(s, kind="hot"), ValueError, "kind must be one of 'signed', 'positive', 'labels'; got 'hot'"),
+        (lambda s: render(SurfaceView(s), size=2), ValueError, "size must be at least 16; got 2"),
+        (lambda s: render(SurfaceView(s, arrows=([[0, 0, 0]], [[1, 0]])), size=32), ValueError, "arrows' vectors must have shape"),
+        (lambda s: render(SurfaceView(s, points=[[0, 0]]), size=32), ValueError, r"points must have shape \(q, 3\)"),
+        (lambda s: render(SurfaceView(s, curves=([0, 0],)), size=32), ValueError, r"curves must have shape \(c, 3\)"),
+        (lambda s: plotting.plot_surfaces([s, s], [None]), ValueError, "values must hold one array for each of the 2 surfaces; got 1"),
+        (lambda s: plotting.plot_surfaces(s, titles=["a", "b"]), ValueError, "titles must hold one text for each of the 1 pictures"),
+        (lambda s: plotting.plot_views([]), ValueError, "views must hold at least one view"),
+        (lambda s: plotting.plot_matrix([1.0, 2.0]), ValueError, r"A must have shape \(m, n\); got \(2,\)"),
+        (
+            lambda s: plotting.plot_modes(s, compute_eigenbasis(*cotan_laplacian(s), k=2), [2]),
+            ValueError,
+            "modes must be between 0 and 1; got 2",
+        ),
+    ],
+)
+def test_refusals(square, call, error, message):
+    with pytest.raises(error, match=message):
+        call(square)

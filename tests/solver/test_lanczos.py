@@ -1,0 +1,252 @@
+"""Block Lanczos, the factorization and the slices against dense linear algebra."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+import pytest
+import scipy.linalg
+import scipy.sparse as sp
+
+from spectral_notes.eigenbasis import compute_eigenbasis
+from spectral_notes.graphs import ring_graph
+from spectral_notes.laplacians import cotan_laplacian, graph_laplacian, interval_laplacian
+from spectral_notes.shapes import sphere
+from spectral_notes.solver import lanczos
+from spectral_notes.solver.factorization import count_below, factorize, symmetric_lu, trustworthy
+from spectral_notes.solver.lanczos import block_lanczos
+from spectral_notes.solver.slicing import slice_spectrum
+
+Pair = tuple[sp.csr_array, sp.csr_array]
+
+
+@pytest.fixture(scope="module")
+def pair() -> Pair:
+    """A sphere with its full mass matrix, n = 642."""
+    return cotan_laplacian(sphere(3), mass="full")
+
+
+def inverse(pair: Pair, shift: float = 1.0) -> lanczos.Operator:
+    """The operator (L + shift M)^-1."""
+    return factorize(sp.csr_array(pair[0] + shift * pair[1]), factor="superlu")
+
+
+def empty(n: int) -> tuple[np.ndarray, np.ndarray]:
+    """No exact vectors."""
+    return np.zeros((n, 0)), np.zeros(0)
+
+
+@pytest.mark.parametrize("block", [1, 4, 8, 16])
+@pytest.mark.parametrize("k", [1, 3, 40])
+def test_equal_to_dense(pair: Pair, k: int, block: int) -> None:
+    L, M = pair
+    values, X = block_lanczos(inverse(pair), *empty(642), k, capacity=400, block=block, M=M)
+    expected = 1 / (1 + scipy.linalg.eigh(L.toarray(), M.toarray(), eigvals_only=True)[: 3 * k + 40])
+    assert abs(X.T @ (M @ X) - np.eye(k)).max() < 1e-12
+    gap = L @ X - (M @ X) * (1 / values - 1)
+    assert abs(gap).max() < 1e-7
+    nearest = abs(values[:, None] - expected).min(axis=1)
+    assert nearest.max() < 1e-10
+    if block > 5 or k == 1:  # no eigenvalue of this mesh is more than five-fold, so none can be missed
+        assert values == pytest.approx(expected[:k], rel=1e-9)
+
+
+def test_restarts_when_memory_is_full(pair: Pair, monkeypatch: pytest.MonkeyPatch) -> None:
+    L, M = pair
+    restarts = []
+    plain = lanczos._restart
+    monkeypatch.setattr(lanczos, "_restart", lambda *args: restarts.append(1) or plain(*args))
+    values, X = block_lanczos(inverse(pair), *empty(642), 30, capacity=64, block=8, M=M)
+    assert len(restarts) > 1
+    expected = 1 / (1 + scipy.linalg.eigh(L.toarray(), M.toarray(), subset_by_index=[0, 29], eigvals_only=True))
+    assert values == pytest.approx(expected, rel=1e-9)
+    assert abs(X.T @ (M @ X) - np.eye(30)).max() < 1e-12
+
+
+def test_too_little_memory_raises(pair: Pair) -> None:
+    with pytest.raises(ArithmeticError, match=r"\d+ of 30 modes converged: allow more memory or a larger tol"):
+        block_lanczos(inverse(pair), *empty(642), 30, capacity=48, block=8, M=pair[1], tol=1e-30)
+
+
+def test_exact_vectors_are_kept_and_not_found_again(pair: Pair) -> None:
+    L, M = pair
+    expected, Y = scipy.linalg.eigh(L.toarray(), M.toarray(), subset_by_index=[0, 19])
+    values, X = block_lanczos(inverse(pair), Y[:, :4], 1 / (1 + expected[:4]), 16, capacity=200, M=M)
+    assert (X[:, :4] == Y[:, :4]).all()
+    assert values == pytest.approx(1 / (1 + expected[4:]), rel=1e-9)
+
+
+def test_both_ends_of_an_indefinite_operator() -> None:
+    d = np.concatenate([[-50.0, 49.0, -48.0], np.linspace(-1, 1, 300)])
+    values, _ = block_lanczos(lambda B: d[:, None] * B, *empty(303), 3, capacity=100)
+    assert values == pytest.approx([-50, 49, -48], rel=1e-12)
+
+
+def test_invariant_subspace_is_no_accident() -> None:
+    d = np.repeat([3.0, 2.0, 1.0], [2, 3, 195])  # three steps exhaust every Krylov space
+    values, X = block_lanczos(lambda B: d[:, None] * B, *empty(200), 20, capacity=120, block=4)
+    assert values[:5] == pytest.approx([3, 3, 2, 2, 2], rel=1e-12)
+    assert abs(X.T @ X - np.eye(20)).max() < 1e-12
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_multiple_of_the_identity(seed: int) -> None:
+    values, X = block_lanczos(lambda B: 2.0 * B, *empty(100), 30, capacity=60, block=4, seed=seed)
+    assert values == pytest.approx(np.full(30, 2.0), rel=1e-12)
+    assert abs(X.T @ X - np.eye(30)).max() < 1e-12
+
+
+@pytest.mark.parametrize("subdivisions", [3, 4])
+def test_simulated_loss_bounds_the_true_loss(subdivisions: int, monkeypatch: pytest.MonkeyPatch) -> None:
+    L, M = cotan_laplacian(sphere(subdivisions))
+    pairs = []
+    plain = lanczos._reorthogonalize
+
+    def compare(space: lanczos.Krylov, estimate: float) -> None:
+        j, b = space.size, space.block
+        pairs.append((estimate, abs(space.V[:, :j].T @ space.mass(space.V[:, j : j + b])).max()))
+        plain(space, estimate)
+
+    monkeypatch.setattr(lanczos, "_reorthogonalize", compare)
+    block_lanczos(inverse((L, M), 0.1), *empty(L.shape[0]), 60, capacity=300, M=M)
+    estimates, true = np.array(pairs).T
+    assert len(pairs) > 5
+    assert (true < estimates).all()
+    assert true.max() < 1e-7
+    assert np.median(true / estimates) > 1e-5  # or the cleaning would be wasted
+
+
+def test_orthogonality_is_kept_throughout(monkeypatch: pytest.MonkeyPatch) -> None:
+    L, M = cotan_laplacian(sphere(4))
+    losses = []
+    plain = lanczos._assemble
+
+    def measure(space: lanczos.Krylov, values: np.ndarray, Y: np.ndarray) -> np.ndarray:
+        V = space.V[:, : space.size]
+        losses.append(abs(V.T @ (M @ V) - np.eye(space.size)).max())
+        return plain(space, values, Y)
+
+    monkeypatch.setattr(lanczos, "_assemble", measure)
+    block_lanczos(inverse((L, M), 0.1), *empty(L.shape[0]), 100, capacity=500, M=M)
+    assert losses[0] < 1e-8
+
+
+def test_watch_counts_columns(pair: Pair) -> None:
+    seen: list[tuple[int, int]] = []
+    block_lanczos(
+        inverse(pair), *empty(642), 10, capacity=200, M=pair[1], watch=lambda done, needed: seen.append((done, needed))
+    )
+    assert [done for done, _ in seen] == list(range(8, 8 * len(seen) + 1, 8))
+    assert all(needed >= 30 for _, needed in seen)
+
+
+@pytest.mark.parametrize("factor", ["cholespy", "superlu"])
+def test_factor_solves(pair: Pair, factor: str) -> None:
+    if factor == "cholespy":
+        pytest.importorskip("cholespy")
+    A = sp.csr_array(pair[0] + pair[1])
+    B = np.asfortranarray(np.random.default_rng(0).standard_normal((642, 11)))
+    before = A.copy(), B.copy()
+    assert A @ factorize(A, factor=factor)(B) == pytest.approx(B, abs=1e-10)
+    assert abs(A - before[0]).nnz == 0 and np.array_equal(B, before[1])
+    with pytest.raises(ValueError, match="L must be positive semidefinite; it has a negative eigenvalue: is its sign"):
+        factorize(sp.csr_array(pair[0] - pair[1]), factor=factor)
+
+
+def test_factor_name_is_checked(pair: Pair) -> None:
+    with pytest.raises(ValueError, match="factor must be one of"):
+        factorize(pair[0], factor="umfpack")
+
+
+def test_inertia_counts_the_eigenvalues_of_an_interval() -> None:
+    n = 500
+    L, M = interval_laplacian(n)
+    values = 4 * (n - 1) ** 2 * np.sin(np.pi * np.arange(n) / (2 * (n - 1))) ** 2
+    for value in (-1.0, 5.0, 1000.0, 1e5):
+        assert count_below(L, M, value) == (values < value).sum()
+
+
+def test_counting_at_an_eigenvalue_is_refused() -> None:
+    A, eye = sp.csr_array(np.diag([1.0, 2.0, 3.0])), sp.eye_array(3, format="csr")
+    with pytest.raises(ArithmeticError, match="move the shift"):
+        count_below(A, eye, 2.0)
+    L, M = interval_laplacian(100)
+    exact = 4 * 99**2 * np.sin(np.pi * 7 / 198) ** 2
+    with pytest.raises(ArithmeticError, match="too close to an eigenvalue to count from: move the shift"):
+        count_below(L, M, exact)
+
+
+def test_zero_pivot_is_refused() -> None:
+    with pytest.raises(ArithmeticError, match="move the shift"):
+        symmetric_lu(sp.csr_array([[0.0, 1.0], [1.0, 0.0]]))
+
+
+def test_a_wrong_factor_is_not_trusted() -> None:
+    A = sp.csr_array(np.diag([1.0, 2.0, 3.0]))
+    assert trustworthy(symmetric_lu(A), A)
+    assert not trustworthy(symmetric_lu(A), sp.csr_array(1.01 * A))
+
+
+@pytest.mark.parametrize("band", [8, 24, 64])
+@pytest.mark.parametrize("spacing", [0.01, 1.0, 30.0])
+def test_slices_are_complete_for_any_guess_of_the_spacing(pair: Pair, band: int, spacing: float) -> None:
+    L, M = pair
+    expected, Y = scipy.linalg.eigh(L.toarray(), M.toarray(), subset_by_index=[0, 69])
+    X = slice_spectrum(L, M, Y[:, :1], 70, spacing, tol=1e-9, seed=0, band=band)
+    assert abs(X.T @ (M @ X) - np.eye(70)).max() < 1e-12
+    assert np.einsum("ij,ij->j", X, L @ X) == pytest.approx(expected, rel=1e-10, abs=1e-10)
+
+
+def test_a_band_that_stays_incomplete_raises(pair: Pair, monkeypatch: pytest.MonkeyPatch) -> None:
+    from spectral_notes.solver import slicing
+
+    def blind(*args: object, **kwargs: object) -> tuple[np.ndarray, np.ndarray]:
+        return np.ones(3), np.zeros((642, 3))
+
+    monkeypatch.setattr(slicing, "block_lanczos", blind)
+    with pytest.raises(ArithmeticError, match=r"eigenvalues between 0 and .* exist, \d+ were found"):
+        slice_spectrum(*pair, np.ones((642, 1)), 40, 1.0, tol=1e-9, seed=0)
+
+
+def test_loose_tolerance_costs_accuracy_and_not_orthonormality(pair: Pair) -> None:
+    _, X = block_lanczos(inverse(pair), *empty(642), 30, capacity=300, M=pair[1], tol=1e-2)
+    assert abs(X.T @ (pair[1] @ X) - np.eye(30)).max() < 1e-13
+
+
+def test_a_search_ends_when_the_caller_has_seen_enough(pair: Pair) -> None:
+    solve, columns = inverse(pair), []
+
+    def counted(B: np.ndarray) -> np.ndarray:
+        columns.append(B.shape[1])
+        return solve(B)
+
+    values, _ = block_lanczos(counted, *empty(642), 30, capacity=300, M=pair[1])
+    through = sum(columns)
+    columns.clear()
+    early, X = block_lanczos(counted, *empty(642), 30, capacity=300, M=pair[1], enough=values[-1] / 2)
+    assert sum(columns) < through
+    assert values[-1] / 2 < early[-1] < values[-1]
+    assert abs(X.T @ (pair[1] @ X) - np.eye(30)).max() < 1e-12
+
+
+def test_a_shift_too_large_for_a_curve_costs_few_solves(monkeypatch: pytest.MonkeyPatch) -> None:
+    from spectral_notes.solver import eigensolver
+
+    solves: list[int] = []
+
+    def counted(operator: Callable[..., np.ndarray], *args: object, **options: object) -> object:
+        solves.append(0)
+
+        def op(B: np.ndarray) -> np.ndarray:
+            solves[-1] += B.shape[1]
+            return operator(B)
+
+        return block_lanczos(op, *args, **options)
+
+    monkeypatch.setattr(eigensolver, "block_lanczos", counted)
+    n, k = 20_000, 9
+    basis = compute_eigenbasis(*graph_laplacian(ring_graph(n)), k)
+    assert basis.evals[-1] == pytest.approx(2 - 2 * np.cos(2 * np.pi * 4 / n), rel=1e-6)
+    assert len(solves) > 1
+    assert max(solves[:-1]) <= 4 * k
