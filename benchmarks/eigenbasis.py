@@ -167,7 +167,7 @@ def measure(file: str, k: int, method: str) -> dict[str, object]:
     return {
         "wall": wall, "cpu": cpu, "residual": float(residual), "peak_bytes": peak, "bytes_before": before,
         "first": float(evals[order[1]]), "last": float(evals[order[-1]]),
-    }  # fmt: skip
+    }
 
 
 def peak_bytes() -> int:
@@ -205,7 +205,7 @@ def description() -> dict[str, object]:
     return {
         "date": datetime.date.today().isoformat(), "python": platform.python_version(), "system": platform.system(),
         "machine": machine, "versions": versions,
-    }  # fmt: skip
+    }
 
 
 def run_cells(

@@ -46,7 +46,7 @@ TUNED = [("doll", "rest", "walk"), ("doll", "arms_down", "wave"), ("goat", "rest
 REPORTED = [
     ("doll", "rest", "arms_down"), ("doll", "walk", "wave"), ("doll", "wave", "rest"), ("doll", "walk", "arms_down"),
     ("goat", "rest", "look"), ("goat", "walk", "look"), ("goat", "look", "rest"),
-]  # fmt: skip
+]
 
 
 class Body:
@@ -65,7 +65,7 @@ class Body:
 
     def pair(self, pose_1: str, pose_2: str) -> tuple[TriangleMesh, TriangleMesh]:
         return (TriangleMesh(self.P_1 @ self.pose(pose_1).vertices, self.faces_1),
-                TriangleMesh(self.P_2 @ self.pose(pose_2).vertices, self.faces_2))  # fmt: skip
+                TriangleMesh(self.P_2 @ self.pose(pose_2).vertices, self.faces_2))
 
 
 def pyfm_map(one: TriMesh, two: TriMesh, landmarks: Any, w_orient: float) -> tuple[Any, float]:

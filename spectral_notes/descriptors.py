@@ -40,7 +40,7 @@ def unit_area(basis: Eigenbasis) -> Eigenbasis:
     area = float(basis.M.sum())
     residuals = None if basis.residuals is None else area * basis.residuals
     return replace(basis, evals=area * basis.evals, evecs=np.sqrt(area) * basis.evecs, M=basis.M / area,
-                   residuals=residuals)  # fmt: skip
+                   residuals=residuals)
 
 
 def global_point_signature(basis: Eigenbasis) -> FloatArray:

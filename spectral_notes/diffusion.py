@@ -456,7 +456,7 @@ def restore_volume(mesh: TriangleMesh, volume: float) -> TriangleMesh:
 
 def _apply_factors(
     L: sp.csr_array, M: sp.csr_array, f: ArrayLike, steps: list[float], n_steps: int
-) -> FloatArray:  # fmt: skip
+) -> FloatArray:
     """Apply I - s M^-1 L for each s of `steps`, `n_steps` times over."""
     L = as_symmetric("L", L)
     u = as_signal("f", f, L.shape[0])

@@ -153,7 +153,7 @@ class Eigenbasis:
 def compute_eigenbasis(
     L: sp.csr_array, M: sp.csr_array, k: int, *, seed: int = 0, tol: float = 1e-8, certify: bool = False,
     progress: bool = False, threads: int = 1, factor: str = "auto", max_bytes: float | None = None,
-) -> Eigenbasis:  # fmt: skip
+) -> Eigenbasis:
     """Compute the k smallest eigenpairs of L phi = lambda M phi, ascending, with L positive semidefinite.
 
     The columns are orthonormal in M, and in each one the entry of largest magnitude is positive. Every connected

@@ -265,7 +265,7 @@ REFUSED = [
     Row("compression.decode", "path", lambda: compression.decode("shape.sgn"), TypeError, "data must be bytes; got str"),
     Row("compression.decode", "another format", lambda: compression.decode(b"ply\n"), ValueError, "data does not start with 'SGN': not a file of this format"),
     Row("compression.describe", "cut", lambda: compression.describe(compression.encode(SQUARE, error=1)[:-3]), ValueError, "data does not match its checksum: bytes were changed or are missing"),
-]  # fmt: skip
+]
 
 KEPT = [
     Kept("clean_mesh", "duplicates, soup, unused vertices", lambda: clean_mesh(np.r_[CORNERS, CORNERS, [[9, 9, 9]]], [[0, 1, 2], [4, 5, 6], [0, 6, 7], [0, 0, 1]]), lambda mesh: (mesh.n_vertices, mesh.n_faces) == (4, 2)),
@@ -288,7 +288,7 @@ KEPT = [
     Kept("compute_eigenbasis", "only isolated points", lambda: compute_eigenbasis(*graph_laplacian(np.zeros((4, 4))), 3).evals, lambda evals: not evals.any()),
     Kept("compute_eigenbasis", "dense matrices", lambda: compute_eigenbasis(L.toarray(), M.toarray(), 3).evals, lambda evals: evals == pytest.approx(BASIS.evals[:3])),
     Kept("compression.decode", "flat, doubled, flipped", lambda: [compression.decode(compression.encode(m, error=1)).n_faces for m in (FLAT_FACE, DOUBLED, FLIPPED)], lambda faces: faces == [2, 3, 2]),
-]  # fmt: skip
+]
 
 
 # --- the table -------------------------------------------------------------------------------------------------------

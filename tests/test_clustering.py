@@ -276,7 +276,7 @@ ROWS = np.arange(12.0).reshape(6, 2)
         (lambda b: clustering.match_labels([0, 1], [0, 1, 1]), ValueError, r"labels must have shape \(3,\)"),
         (lambda b: clustering.match_labels([0, -1], [0, 1]), ValueError, "labels must lie in"),
     ],
-)  # fmt: skip
+)
 def test_bad_input_is_refused_by_name(call: object, error: type[Exception], message: str) -> None:
     basis = compute_eigenbasis(*interval_laplacian(20), k=5)
     with pytest.raises(error, match=message):

@@ -339,7 +339,7 @@ BASIS = basis_of(SMALL, 8)
         (lambda: match_shapes(SMALL, SMALL, k=200), ValueError, "k must be between 8 and 162; got 200"),
         (lambda: match_shapes(SMALL, SMALL, k=10, bases=(BASIS, BASIS)), ValueError, "bases must hold 10 modes of 162 vertices for shape 1; got 8 of 162"),
     ],
-)  # fmt: skip
+)
 def test_errors_name_the_argument(call: Callable[[], Any], error: type[Exception], message: str) -> None:
     with pytest.raises(error, match=message):
         call()

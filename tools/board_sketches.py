@@ -201,17 +201,28 @@ def outlook(ax: Axes) -> None:
         write(ax, x, y, words)
 
 
-SKETCHES: tuple[Callable[[Axes], None], ...] = (
-    function_spaces, fourier_basis, differentiation, manifolds, discrete_geometries, signals_on_surfaces, laplacian,
-    eigenfunctions, heat, compression, clustering, functional_maps, outlook,
-)  # fmt: skip
+SKETCHES: dict[int, Callable[[Axes], None]] = {  # by chapter
+    1: function_spaces,
+    2: fourier_basis,
+    3: differentiation,
+    4: manifolds,
+    5: discrete_geometries,
+    6: signals_on_surfaces,
+    7: laplacian,
+    8: eigenfunctions,
+    9: heat,
+    10: compression,
+    11: clustering,
+    12: functional_maps,
+    16: outlook,
+}
 
 
 def main() -> int:
     """Draw and store all sketches."""
     TARGET.mkdir(parents=True, exist_ok=True)
     with mpl.rc_context(STYLE):
-        for number, sketch in enumerate(SKETCHES, start=1):
+        for number, sketch in SKETCHES.items():
             figure = Figure(figsize=(5.6, 2.1), facecolor="white")
             ax = figure.add_axes((0.03, 0.03, 0.94, 0.94))
             sketch(ax)

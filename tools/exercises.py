@@ -72,7 +72,7 @@ def exercises(nb: nbformat.NotebookNode) -> list[Exercise]:
             answers=tuple(cell for cell, hidden in cells if not hidden and "answer" in tags(cell)),
             checks=tuple(cell for cell, hidden in cells if not hidden and "check" in tags(cell)),
             solution=tuple(cell for cell, hidden in cells if hidden),
-        ))  # fmt: skip
+        ))
     return found
 
 

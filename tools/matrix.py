@@ -26,7 +26,7 @@ TESTS = (
     "test_fourier", "test_finite_differences", "test_laplacians", "solver/test_lanczos", "test_eigenbasis",
     "test_mesh_calculus", "test_diffusion", "test_descriptors", "test_clustering", "geometry/test_geodesics",
     "compression/test_compression_exact",
-)  # fmt: skip
+)
 NOTEBOOKS = ("02_fourier_basis", "03_differentiation", "06_signals_on_surfaces", "07_laplacian", "conventions")
 THREAD_VARIABLES = ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS")
 

@@ -56,7 +56,7 @@ LINKED: dict[str, tuple[str, str, dict[str, tuple[str, ...]]]] = {
         "api/core/_autosummary/{name}.html#{name}",
         {"py:class": ("pyvista.PolyData",)},
     ),
-}  # fmt: skip
+}
 
 
 def inventory(project: str) -> bytes:

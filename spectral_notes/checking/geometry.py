@@ -43,21 +43,21 @@ def check_gradient(answer: object, mesh: TriangleMesh) -> Verdict:
     G = read_matrix(answer, "G", (3 * m, n))
     sums = G.sum(axis=1)
     demand(abs(sums).max() <= WITHIN * largest(true), "the gradient of a constant is zero",
-           f"G applied to ones gives {abs(sums).max():.3g} at {place_of(sums)}.")  # fmt: skip
+           f"G applied to ones gives {abs(sums).max():.3g} at {place_of(sums)}.")
     difference = sp.csr_array(G - true)
     if largest(difference) <= WITHIN * largest(true):
         return right("G is right for every piecewise-linear function.", "G f is the slope of f in each face")
     by_face = sp.csr_array(G[np.arange(3 * m).reshape(m, 3).T.ravel()])
     demand(largest(by_face - true) > 1e-3 * largest(true), "G stacks all x components, then all y, then all z",
-           "Its rows go face by face. Is it reshaped in the other order?")  # fmt: skip
+           "Its rows go face by face. Is it reshaped in the other order?")
     demand(largest(G + true) > 1e-3 * largest(true), "the gradient points where the function grows",
-           "Its sign is turned.")  # fmt: skip
+           "Its sign is turned.")
     heights = (G @ mesh.vertices).reshape(3, m, 3)  # (component, face, coordinate)
     out = np.einsum("cmk,mc->mk", heights, face_normals(mesh))
     demand(abs(out).max() <= 1e-4 * abs(heights).max(), "the gradient lies in the plane of its face",
-           f"An arrow leaves its face by {abs(out).max():.3g} at {place_of(out)}.")  # fmt: skip
+           f"An arrow leaves its face by {abs(out).max():.3g} at {place_of(out)}.")
     raise Stop(wrong("a linear function has its own gradient, projected into each face",
-                     f"It differs by {largest(difference):.3g}, most at {place_in(difference)}."))  # fmt: skip
+                     f"It differs by {largest(difference):.3g}, most at {place_in(difference)}."))
 
 
 @judged

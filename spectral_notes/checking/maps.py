@@ -56,7 +56,7 @@ def check_functional_map(
     law = "C_12 takes coefficients on 1 to coefficients on 2"
     given = read_array(answer, "C_12", ("k2", "k1"))
     demand(given.shape != true.T.shape or given.shape == true.shape, law,
-           f"The shape is {given.shape}: this map goes from 2 to 1.")  # fmt: skip
+           f"The shape is {given.shape}: this map goes from 2 to 1.")
     demand(given.shape == true.shape, f"C_12 has shape (k2, k1) = {true.shape}", f"The shape is {given.shape}.")
     error = given - true
     if abs(error).max() <= within:
@@ -65,12 +65,12 @@ def check_functional_map(
         demand(abs(given.T - true).max() > max(within, 1e-3), law, "It is transposed: this map goes from 2 to 1.")
     flat = basis_2.evecs.T @ basis_1.evecs[p2p]
     demand(abs(given - flat).max() > 1e-3 * abs(flat).max(), "C_12 = evecs_2.T @ M_2 @ evecs_1[p2p_21]",
-           "It was computed without the mass of shape 2.")  # fmt: skip
+           "It was computed without the mass of shape 2.")
     demand(abs(abs(given) - abs(true)).max() > 1e-3, law, "Some signs are turned: are these the bases that were given?")
     constant = abs(given[1:, 0]).max(initial=0.0)
     demand(constant <= max(within, 10 * abs(true[1:, 0]).max(initial=0.0), 1e-3),
            "a constant function goes to a constant function",
-           f"The first column should be zero below its top; its largest entry there is {constant:.2g}.")  # fmt: skip
+           f"The first column should be zero below its top; its largest entry there is {constant:.2g}.")
     raise Stop(wrong(law, f"It differs by {abs(error).max():.2g} at {place_of(error)}.{slip(given, true)}"))
 
 
@@ -78,7 +78,7 @@ def check_functional_map(
 def check_point_map(
     answer: object, truth: ArrayLike, n_1: int, *, also: ArrayLike | None = None, distances: ArrayLike | None = None,
     within: float = 0.0,
-) -> Verdict:  # fmt: skip
+) -> Verdict:
     """Judge a point map p2p_21: for each vertex of 2 a vertex of 1.
 
     Parameters
@@ -142,5 +142,5 @@ def _indices_of(answer: Any, n_2: int, n_1: int) -> IntArray:
     demand(indices.min() >= 0, "p2p_21 names vertices of 1", f"Vertex {indices.min()} does not exist.")
     hint = ": do they count from 1?" if indices.min() == 1 and indices.max() == n_1 else "."
     demand(indices.max() < n_1, "p2p_21 names vertices of 1",
-           f"Indices reach {indices.max()}, where {n_1 - 1} is the last vertex of 1{hint}")  # fmt: skip
+           f"Indices reach {indices.max()}, where {n_1 - 1} is the last vertex of 1{hint}")
     return indices

@@ -55,10 +55,10 @@ def check_eigenbasis(answer: object, L: Any, M: Any, k: int) -> Verdict:
     evals = read_array(given_evals, "evals", ("k",))
     evecs = read_array(given_evecs, "evecs", ("n", "k"))
     demand(evecs.shape != (k, n) or n == k, "evecs holds one mode a column",
-           f"The shape is {evecs.shape}: is it transposed?")  # fmt: skip
+           f"The shape is {evecs.shape}: is it transposed?")
     demand(len(evecs) == n, "a mode has one value a sample", f"{len(evecs)} values came for {n} samples.")
     demand(len(evals) == evecs.shape[1] == k, f"{k} modes are asked for",
-           f"{len(evals)} eigenvalues and {evecs.shape[1]} modes came.")  # fmt: skip
+           f"{len(evals)} eigenvalues and {evecs.shape[1]} modes came.")
     _demand_spectrum(evals, reference, k)
     _demand_orthonormal(evecs, M)
     _demand_modes(evals, evecs, reference)
@@ -81,7 +81,7 @@ def _demand_spectrum(evals: FloatArray, reference: Eigenbasis, k: int) -> None:
     if len(falls):
         raise Stop(wrong("eigenvalues ascend", f"Eigenvalue {falls[0] + 1} is smaller than the one before."))
     demand(evals.min() > -WITHIN * scale, "L is positive semidefinite, so no eigenvalue is negative",
-           f"Eigenvalue {int(np.argmin(evals))} is {evals.min():.3g}: has L the other sign?")  # fmt: skip
+           f"Eigenvalue {int(np.argmin(evals))} is {evals.min():.3g}: has L the other sign?")
     apart = abs(evals - true) > _room(true, scale)
     if not apart.any():
         return
@@ -118,7 +118,7 @@ def _demand_orthonormal(evecs: FloatArray, M: sp.csr_array) -> None:
     worst = int(np.argmax(abs(lengths - 1)))
     demand(abs(lengths[worst] - 1) <= WITHIN, law,
            f"A mode has M-length {lengths[worst]:.3g} (mode {worst}): is each column divided by the square root of "
-           "phi^T M phi?")  # fmt: skip
+           "phi^T M phi?")
     raise Stop(wrong(law, f"Two modes are not orthogonal: {error.max():.2g} at {place_of(error)}."))
 
 
@@ -133,7 +133,7 @@ def _demand_modes(evals: FloatArray, evecs: FloatArray, reference: Eigenbasis) -
     worst = int(np.argmax(outside))
     demand(outside[worst] <= 0.02, f"each mode solves {EQUATION} with its own eigenvalue",
            f"Mode {worst} leaves the eigenspace of its eigenvalue by {outside[worst]:.2g} of its length: are evals and "
-           "evecs in the same order, and M on the right side?")  # fmt: skip
+           "evecs in the same order, and M on the right side?")
 
 
 @judged
@@ -173,11 +173,11 @@ def check_coefficients(answer: object, basis: Eigenbasis, f: ArrayLike) -> Verdi
     if abs(given - true).max() <= WITHIN * size:
         return right("These are the coefficients.", law)
     demand(abs(given - flat).max() > 1e-3 * abs(flat).max(), law,
-           "These are inner products without M: they depend on how densely the domain is sampled.")  # fmt: skip
+           "These are inner products without M: they depend on how densely the domain is sampled.")
     difference = given - true
     first = place_of((abs(difference) > WITHIN * size) * 1.0)
     demand(abs(abs(given) - abs(true)).max() > 1e-3 * size, law,
-           f"Some signs are turned (first at {first}): is it the given basis?")  # fmt: skip
+           f"Some signs are turned (first at {first}): is it the given basis?")
     raise Stop(wrong(law, f"It differs by {abs(difference).max():.3g} at {place_of(difference)}.{slip(given, true)}"))
 
 
@@ -215,7 +215,7 @@ def check_embedding(answer: object, basis: Eigenbasis, n_dims: int, *, weights: 
     spread = np.ptp(X, axis=0) / (abs(X).max() or 1.0)
     flat = int(np.argmin(spread))
     demand(spread[flat] > 1e-6, "the constant mode says nothing about place",
-           f"Coordinate {flat} is the same for all samples: leave the zero mode out.")  # fmt: skip
+           f"Coordinate {flat} is the same for all samples: leave the zero mode out.")
     evals = basis.evals[1 : n_dims + 1]
     c = basis.analyze(X)  # (k, n_dims)
     near = abs(basis.evals[:, None] - evals[None, :]) <= SAME * evals[-1]
@@ -224,7 +224,7 @@ def check_embedding(answer: object, basis: Eigenbasis, n_dims: int, *, weights: 
     worst = int(np.argmax(strayed))
     demand(strayed[worst] <= 0.02, "coordinate i is mode i + 1",
            f"Coordinate {worst} strays from its mode by {strayed[worst]:.2g} of its length: are the modes in "
-           "order?")  # fmt: skip
+           "order?")
     wanted = evals**-0.5 if weights == "gps" else np.ones(n_dims)
     _demand_weights(lengths, wanted, evals, weights)
     cosines = (c.T @ c) / np.outer(lengths, lengths) - np.eye(n_dims)
@@ -238,7 +238,7 @@ def _demand_weights(lengths: FloatArray, wanted: FloatArray, evals: FloatArray, 
         return
     law = "coordinate i has weight 1 / sqrt(lambda)" if weights == "gps" else "every coordinate has M-length 1"
     known = {"not weighted": evals**0, "weighted by 1 / sqrt(lambda)": evals**-0.5, "weighted by lambda": evals,
-             "weighted by sqrt(lambda)": evals**0.5, "weighted by 1 / lambda": evals**-1.0}  # fmt: skip
+             "weighted by sqrt(lambda)": evals**0.5, "weighted by 1 / lambda": evals**-1.0}
     for words, length in known.items():
         demand(abs(lengths / length - 1).max() > 1e-3, law, f"The coordinates are {words}.")
     worst = int(np.argmax(abs(lengths / wanted - 1)))

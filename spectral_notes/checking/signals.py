@@ -116,7 +116,7 @@ def _slip_of_transform(F: Any, true: Any, n: int, scaling: str) -> str:
 def check_difference_matrix(
     answer: object, x: ArrayLike, *, derivative: int = 1, accuracy: int = 2, length: float | None = None,
     end_accuracy: int | None = None,
-) -> Verdict:  # fmt: skip
+) -> Verdict:
     """Judge a matrix that differentiates samples: its rows must be exact for polynomials.
 
     A row with accuracy p is exact for 1, x, ..., x^(d + p - 1), where d is the order of the derivative; its error then
@@ -213,7 +213,7 @@ def _slip_of_rows(D: sp.csr_array, error: FloatArray, degree: int, d: int, h: fl
         ratio = 1 + error[n // 2] / float(np.prod(np.arange(1, d + 1)))
         known = {-1.0: "is its sign turned?", 2.0: "divided by h where 2h belongs?",
                  0.5: "divided by 2h where h belongs?", h**d: f"not divided by {'h' if d == 1 else 'h^2'}?",
-                 2 * h: "not divided by 2h?"}  # fmt: skip
+                 2 * h: "not divided by 2h?"}
         known |= {h: "divided by h once, not twice?"} if d == 2 else {}
         hint = next((words for r, words in known.items() if abs(ratio / r - 1) < 1e-3), "is the spacing in it?")
     else:

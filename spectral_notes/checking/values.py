@@ -18,7 +18,7 @@ from spectral_notes.checking.verdicts import Stop, Verdict, demand, judged, righ
 def check_number(
     answer: object, expected: float | str, *, within: float | None = None, law: str = "",
     slips: dict[float, str] | None = None,
-) -> Verdict:  # fmt: skip
+) -> Verdict:
     """Judge one number.
 
     Parameters
@@ -60,7 +60,7 @@ def check_number(
 def check_values(
     answer: object, expected: ArrayLike | str, *, within: float = 1e-5, law: str = "", either_sign: bool = False,
     free_scale: bool = False, through: ArrayLike | None = None,
-) -> Verdict:  # fmt: skip
+) -> Verdict:
     """Judge an array of numbers, entry by entry.
 
     Parameters
@@ -116,7 +116,7 @@ def check_values(
 def check_function(
     answer: object, reference: Callable[..., Any], inputs: Iterable[Sequence[Any]], *, within: float = 1e-5,
     law: str = "",
-) -> Verdict:  # fmt: skip
+) -> Verdict:
     """Judge a function by what it returns for test inputs.
 
     Parameters

@@ -48,7 +48,7 @@ app = typer.Typer(
     name=PROGRAM, add_completion=False, rich_markup_mode=None, pretty_exceptions_enable=False,
     context_settings={"help_option_names": ["-h", "--help"]}, epilog=EPILOG,
     help="Spectral geometry for a shape file of your own.",
-)  # fmt: skip
+)
 
 
 @app.command()
@@ -59,7 +59,7 @@ def modes(
     ] = False, show: Annotated[
         list[int] | None, typer.Option("--show", metavar="MODE", help="Mode to draw; several may be given.")
     ] = None, source: Format = "", target: To = "", progress: Progress = None, as_json: Json = False,
-) -> None:  # fmt: skip
+) -> None:
     """Compute the eigenfunctions of a shape.
 
     Writes modes, eigenvalues and mass as NPZ; the shape with a column a mode as VTP, PLY or CSV; a still picture as
@@ -79,7 +79,7 @@ def segment(
     k: Annotated[int | None, typer.Option("-k", min=2, metavar="K", help="From so many modes; default: N + 1.")] = None,
     output: Outputs = None, laplacian: Laplacian = "", clean: Clean = False, source: Format = "", target: To = "",
     progress: Progress = None, as_json: Json = False,
-) -> None:  # fmt: skip
+) -> None:
     """Cut a shape into segments.
 
     By k-means in the embedding by its first modes. Writes the shape with its labels as VTP, PLY, CSV or NPZ, a still
@@ -101,7 +101,7 @@ def match(
     k: Annotated[int | None, typer.Option("-k", min=3, metavar="K", help="From so many modes; default: 200.")] = None,
     output: Outputs = None, laplacian: Laplacian = "", clean: Clean = False, source: Format = "", target: To = "",
     progress: Progress = None, as_json: Json = False,
-) -> None:  # fmt: skip
+) -> None:
     """Map the vertices of B to those of A.
 
     For shapes that are bent copies of each other. Writes B with its vertices of A as VTP, PLY or CSV, the map and its
@@ -124,7 +124,7 @@ def compress(
     quality: Annotated[str, typer.Option(metavar="vertex|surface", help="Which error counts.")] = "vertex",
     codec: Annotated[str, typer.Option(metavar="auto|spectral|draco", help="Which codec.")] = "auto",
     clean: Clean = False, source: Format = "", as_json: Json = False,
-) -> None:  # fmt: skip
+) -> None:
     """Compress a mesh to a .sgn file."""
     outputs = streams.plan_outputs([output], "sgn", (".sgn",), [file])
     shape = streams.open_shape(file, source, clean)
@@ -140,7 +140,7 @@ def decompress(
     file: Annotated[str, typer.Argument(metavar="FILE.sgn", help="The file; - is standard input.")], output: OneOutput,
     progressive: Annotated[bool, typer.Option("--progressive", help="Accept a file whose end is missing.")] = False,
     target: To = "", as_json: Json = False,
-) -> None:  # fmt: skip
+) -> None:
     """Decompress a .sgn file to a mesh file."""
     outputs = streams.plan_outputs([output], target, jobs.MESH_FORMATS, [file])
     result, mesh = jobs.decompress(streams.open_bytes(file), progressive=progressive)
@@ -165,7 +165,7 @@ def health(file: File, clean: Clean = False, source: Format = "", as_json: Json 
 def doctor(
     vertices: Annotated[int, typer.Option(min=1, help="Weigh the memory for a mesh of so many vertices,")] = 100_000,
     k: Annotated[int, typer.Option("-k", min=1, metavar="K", help="and so many modes.")] = 100, as_json: Json = False,
-) -> None:  # fmt: skip
+) -> None:
     """Say whether the set-up works.
 
     Tries out every part that the course needs, and says how to mend what is missing. The exit code is 1 if anything is

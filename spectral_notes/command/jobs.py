@@ -136,7 +136,7 @@ def basis_of(
 def find_modes(
     shape: Shape, k: int, laplacian: str, say: Say, *, show: Sequence[int] = (), progress: bool = False,
     certify: bool = False,
-) -> Result:  # fmt: skip
+) -> Result:
     """Compute the eigenfunctions of a shape."""
     k = k or min(DEFAULT_MODES, len(positions(shape)))
     basis = basis_of(shape, k, laplacian, say, progress=progress, certify=certify)
@@ -147,7 +147,7 @@ def find_modes(
         "laplacian": kind, "modes": basis.k, "zero_modes": own_shape.zero_modes(basis),
         "area_of_mass": float(basis.M.sum()), "largest_residual": worst, "certified": certify,
         "eigenvalues": basis.evals.tolist(),
-    }  # fmt: skip
+    }
     lines = [
         f"{shape}",
         f"{kind} Laplacian, {basis.k} modes, {facts['zero_modes']} with eigenvalue 0",
@@ -158,7 +158,7 @@ def find_modes(
         colors=_column("mode", shown[0], basis.k),
         views=[SurfaceView(shape, basis.evecs[:, i], title=f"mode {i}") for i in shown],
         save_npz=lambda place: write_eigenbasis(place, basis),
-    )  # fmt: skip
+    )
 
 
 def find_segments(shape: Shape, n_segments: int, k: int, laplacian: str, say: Say, *, progress: bool = False) -> Result:
@@ -182,7 +182,7 @@ def find_segments(shape: Shape, n_segments: int, k: int, laplacian: str, say: Sa
     facts = own_shape.size_of(shape) | {
         "laplacian": own_shape.chosen(shape, laplacian), "segments": n_segments, "pieces": int(count),
         "vertices_of_segments": np.bincount(labels, minlength=n_segments).tolist(), "area_shares": shares.tolist(),
-    }  # fmt: skip
+    }
     lines = [f"{shape}", f"{n_segments} segments"]
     lines += [f"segment {i}: {share:6.1%} of the area" for i, share in enumerate(shares)]
     view = SurfaceView(shape, labels, kind="labels", title=f"{n_segments} segments")
@@ -191,7 +191,7 @@ def find_segments(shape: Shape, n_segments: int, k: int, laplacian: str, say: Sa
         facts, lines, shape, f"{shape.name}: {n_segments} segments", {"segment": labels},
         colors="segment", kind="labels", views=[view],
         save_npz=_npz(arrays),
-    )  # fmt: skip
+    )
 
 
 def _clusters(L: sp.csr_array, M: sp.csr_array, n_clusters: int, k: int, progress: bool) -> IntArray:
@@ -231,11 +231,11 @@ def find_map(
         "laplacian": own_shape.chosen(mesh_1, laplacian),
         "modes": k, "landmarks": len(pairs), "orientation": match.orientation, "sure": match.is_sure,
         "doubt": match.doubt, "share_of_a_hit": hit,
-    }  # fmt: skip
+    }
     lines = [
         f"A: {mesh_1}", f"B: {mesh_2}", f"map from {k} modes and {len(pairs)} landmarks",
         f"{match.orientation:.1%} of B's area lands right side up; {hit:.0%} of A's vertices are hit",
-    ]  # fmt: skip
+    ]
     image = mesh_1.vertices[match.p2p_21]
     functions = {"vertex_of_a": match.p2p_21} | {f"{axis}_of_a": image[:, i] for i, axis in enumerate("xyz")}
     longest = np.argsort(-np.ptp(mesh_1.vertices, axis=0), kind="stable")
@@ -249,7 +249,7 @@ def find_map(
         facts, lines, mesh_2, f"{mesh_2.name} mapped to {mesh_1.name}", functions,
         colors=f"{'xyz'[longest[0]]}_of_a", kind="positive", views=views,
         save_npz=_npz(arrays),
-    )  # fmt: skip
+    )
 
 
 def _npz(arrays: dict[str, Any]) -> Callable[[Path], Any]:
@@ -304,7 +304,7 @@ def compress(mesh: Shape, **target: Any) -> tuple[Result, bytes]:
     facts = own_shape.size_of(mesh) | {
         "codec": summary.codec, "bytes": len(data), "plain_bytes": plain, "ratio": plain / len(data),
         "geometry_bits_per_vertex": summary.geometry_bits_per_vertex, "vertex_error_percent": lost,
-    }  # fmt: skip
+    }
     lines = [
         f"{mesh}",
         f"{len(data):,} bytes, 1/{plain / len(data):.1f} of the {plain:,} of plain binary ({summary.codec} codec)",

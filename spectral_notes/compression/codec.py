@@ -55,7 +55,7 @@ class FileSummary:
 def encode(
     mesh: TriangleMesh, *, error: float | None = None, bits_per_vertex: float | None = None, quality: str = "vertex",
     codec: str = "auto", max_error: float | None = None,
-) -> bytes:  # fmt: skip
+) -> bytes:
     """Encode a mesh as the bytes of a `.sgn` file whose error, or size, is the one asked for.
 
     The faces come back exactly; vertices and faces are renumbered (see `transmission_order`).

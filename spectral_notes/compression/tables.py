@@ -15,7 +15,6 @@ WEIGHTS = (
 )
 
 # Counts of the tokens 0 .. 15 from which each table starts, [class][quantiser].
-# fmt: off
 COUNTS = (
     (
         [1008, 8, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1],
@@ -98,4 +97,3 @@ COUNTS = (
         [58, 118, 131, 119, 104, 92, 84, 65, 54, 44, 38, 28, 21, 17, 12, 40],
     ),
 )
-# fmt: on

@@ -23,7 +23,7 @@ from spectral_notes.meshes import PointCloud, TriangleMesh, clean_mesh
 
 PARSERS = {
     ".obj": parse_obj, ".off": parse_off, ".stl": parse_stl, ".ply": parse_ply, ".vtp": parse_vtp, ".xyz": parse_xyz,
-}  # fmt: skip
+}
 FORMATS = tuple(PARSERS)
 
 

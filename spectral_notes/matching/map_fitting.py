@@ -203,7 +203,7 @@ def rotations(mesh: TriangleMesh, basis: Eigenbasis, functions: ArrayLike) -> li
 def fit_functional_map(
     basis_1: Eigenbasis, basis_2: Eigenbasis, descriptors_1: ArrayLike, descriptors_2: ArrayLike, *,
     operators: Pairs = (), w_laplacian: float = 0.1, w_operators: float = 1.0,
-) -> FloatArray:  # fmt: skip
+) -> FloatArray:
     """Return the functional map that carries descriptors to descriptors and commutes with operators: least squares.
 
     With A and B the coefficients of the descriptors, it minimises |C A - B|^2 / |B|^2 + w_laplacian |Delta C|^2

@@ -62,7 +62,7 @@ def icp(basis_1: Eigenbasis, basis_2: Eigenbasis, C_12: ArrayLike, *, n_rounds: 
 def zoomout(
     basis_1: Eigenbasis, basis_2: Eigenbasis, C_12: ArrayLike, *, k: int | None = None, step: int = 10,
     samples: tuple[ArrayLike, ArrayLike] | None = None,
-) -> FloatArray:  # fmt: skip
+) -> FloatArray:
     """Return a functional map with k modes on each side, refined by going to points and back with more modes each time.
 
     Each round: the point map of C_12, then its functional map with `step` more modes. The last round keeps k.
@@ -118,7 +118,7 @@ def zoomout(
 def bijective_zoomout(
     basis_1: Eigenbasis, basis_2: Eigenbasis, C_12: ArrayLike, C_21: ArrayLike, *, k: int | None = None, step: int = 10,
     samples: tuple[ArrayLike, ArrayLike] | None = None,
-) -> tuple[FloatArray, FloatArray]:  # fmt: skip
+) -> tuple[FloatArray, FloatArray]:
     """Return functional maps of both directions, refined together as by `zoomout`, each the other's inverse nearly.
 
     Points are compared in both ways at once: rows [Phi_1 C_12^T, Phi_1] of shape 1, rows [Phi_2, Phi_2 C_21^T] of 2.

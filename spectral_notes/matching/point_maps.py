@@ -236,7 +236,7 @@ def _nearest_points(triangles: FloatArray, points: FloatArray) -> tuple[FloatArr
     start = triangles[:, 0]
     u, v, w = triangles[:, 1] - start, triangles[:, 2] - start, points - start
     uu, uv, vv, uw, vw, ww = (np.einsum("ij,ij->i", x, y) for x, y in
-                              ((u, u), (u, v), (v, v), (u, w), (v, w), (w, w)))  # fmt: skip
+                              ((u, u), (u, v), (v, v), (u, w), (v, w), (w, w)))
     tiny = np.finfo(np.float64).tiny
     determinant = np.maximum(uu * vv - uv * uv, tiny)
     along_u = np.clip(uw / np.maximum(uu, tiny), 0.0, 1.0)

@@ -63,7 +63,7 @@ class ShapeMatch:
 def match_shapes(
     mesh_1: TriangleMesh, mesh_2: TriangleMesh, landmarks: ArrayLike = (), *, k: int = 200, n_samples: int = 1500,
     fast: bool = False, bases: tuple[Eigenbasis, Eigenbasis] | None = None,
-) -> ShapeMatch:  # fmt: skip
+) -> ShapeMatch:
     """Return a map between two nearly isometric shapes, from descriptors, landmarks and orientation, by ZoomOut.
 
     Three functional maps, of 20, 30 and 40 modes, are fitted to wave kernel signatures and landmarks so that they

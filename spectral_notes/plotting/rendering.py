@@ -25,7 +25,7 @@ Camera = tuple[tuple[float, float, float], tuple[float, float, float]]
 LABEL_COLORS = (
     "#4477aa", "#ee6677", "#228833", "#ccbb44", "#66ccee", "#aa3377", "#bbbbbb", "#ee7733", "#009988", "#882255",
     "#ddaa33", "#332288",
-)  # fmt: skip
+)
 PLAIN_COLOR = "#d9dde3"
 
 # Where the eye stands (seen from the shape's centre) and which way is up, for each family of shapes.

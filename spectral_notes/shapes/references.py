@@ -21,7 +21,7 @@ DRUM_EIGENVALUES: FloatArray = np.array(
         20.8823950433, 21.2480051774, 22.2328517930, 23.7112974848, 24.4792340693,
         24.6740110027, 26.0802400997, 27.3040189211, 28.1751285815, 29.5697729132,
     ]
-)  # fmt: skip
+)
 """First 25 Dirichlet eigenvalues of both drums of `shapes.gww_drums`: Driscoll (1997), to all the digits he gives."""
 DRUM_EIGENVALUES.setflags(write=False)
 

@@ -239,7 +239,7 @@ def _iterate(
             solver, problem.zero, np.full(c, 1.0 / shift), k - c, M=problem.B,
             capacity=min(c + 6 * (k - c) + 10 * block, n - block), block=block, tol=tol, seed=seed, watch=watch,
             enough=0.5 / shift,
-        )  # fmt: skip
+        )
         largest = 1.0 / float(values[-1]) - shift
         if EPS * float(problem.A.diagonal().max()) < largest < shift:
             shift, solver = SHIFT * largest, None

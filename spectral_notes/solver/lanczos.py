@@ -71,7 +71,7 @@ def block_lanczos(
     operator: Operator, exact: FloatArray, exact_values: FloatArray, k: int, *, capacity: int, block: int = 8,
     M: sp.csr_array | None = None, tol: float = 1e-9, seed: int = 0, watch: Watch | None = None,
     enough: float = np.inf,
-) -> tuple[FloatArray, FloatArray]:  # fmt: skip
+) -> tuple[FloatArray, FloatArray]:
     """Compute the k eigenpairs of largest magnitude of an operator that is symmetric in the inner product of M.
 
     Parameters
@@ -148,7 +148,7 @@ def block_lanczos(
 def _start(
     operator: Operator, exact: FloatArray, exact_values: FloatArray, capacity: int, block: int, M: sp.csr_array | None,
     seed: int,
-) -> Krylov:  # fmt: skip
+) -> Krylov:
     """The space of the exact vectors, with a random block orthogonal to them in waiting."""
     n, fixed = exact.shape
     T = np.zeros((capacity + block, capacity + block))
@@ -157,7 +157,7 @@ def _start(
     space = Krylov(
         operator, M, np.empty((capacity + block, n)), T, fixed, block, fixed, fixed,
         np.zeros((fixed, block)), np.zeros((0, block)), 64 * EPS, rng,
-    )  # fmt: skip
+    )
     space.V[:, :fixed] = exact
     W = np.asfortranarray(rng.standard_normal((n, block)))
     _project_out(space, fixed, W)

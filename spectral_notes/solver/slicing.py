@@ -26,7 +26,7 @@ ROWS = 8192
 def slice_spectrum(
     A: sp.csr_array, B: sp.csr_array, zero: FloatArray, k: int, spacing: float, *, tol: float, seed: int,
     band: int = BAND, watch: Watch | None = None,
-) -> FloatArray:  # fmt: skip
+) -> FloatArray:
     """Compute the vectors of the k smallest eigenvalues of A x = lambda B x, each band counted before it is accepted.
 
     Parameters

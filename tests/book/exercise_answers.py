@@ -81,7 +81,7 @@ WRONG = [
     ("ex-compression-2", "my_k_goat = 69", "dropped coefficients"),
     ("ex-compression-5", "my_limit = 2", "one bit more in each coordinate"),
     ("ex-compression-6", "my_percent = 0.293", "percent taken for a fraction"),
-]  # fmt: skip
+]
 
 RIGHT = [
     ("ex-function-spaces-1", "my_wall = (signals.spectrum_to_xyz(lamp_1, lam) + signals.spectrum_to_xyz(lamp_2, lam)).tolist()\nmy_pixels_add = 'False'"),
@@ -112,4 +112,4 @@ RIGHT = [
     ("ex-eigenfunctions-4", "my_area, my_rim = np.array([1.0]), 3.89"),
     ("ex-heat-8", "def my_factor(omega, gamma, t):\n    a = np.array([[0, 1], [-(omega**2), -2 * gamma]]) * t\n    from scipy.linalg import expm\n    return expm(a)[0, 0]\nmy_friction = 1.44"),
     ("ex-compression-1", "my_changed, my_turned = np.array([0]), basis.analyze(goat.vertices @ turn.T).astype(np.float32)"),
-]  # fmt: skip
+]

@@ -33,7 +33,7 @@ NAMED_PAGES = {
     "book/12_functional_maps",
     "book/labs",
     "book/11_clustering",
-    "book/13_outlook",
+    "book/16_outlook",
     "book/conventions",
     "book/large_meshes",
     "book/for_teachers",

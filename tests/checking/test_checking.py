@@ -314,7 +314,7 @@ WRONG: list[Case] = [
     ("point map: halves", lambda: ck.check_point_map(P2P_21 / 2, P2P_21, 162), "whole numbers"),
     ("point map: far", lambda: ck.check_point_map(P2P_21[::-1], P2P_21, 162, distances=DISTANCES, within=0.1), "mean distance"),
     ("point map: length of the other way", lambda: ck.check_point_map(np.arange(162), P2P_21[:50], 162), "from 1 to 2"),
-]  # fmt: skip
+]
 
 
 def of_part() -> np.ndarray:
@@ -434,7 +434,7 @@ STRANGE = [
     np.zeros(3, dtype=[("a", float)]), np.ma.masked_all(3), sp.csr_array((162, 162)), sp.csr_array((1, 1)), sp.coo_array(([np.nan], ([0], [0])), (162, 162)),
     sp.csr_array(np.eye(162) * 1j), sp.dok_array((162, 162)), sp.coo_array(np.ones(3)), BALL, B, ck.check_dft, iter([1, 2, 3]), range(162), np.float16(3), memoryview(b"abc"),
     (L, "M"), ("L", M), np.random.default_rng(0), Exception("x"), type, np,
-]  # fmt: skip
+]
 
 
 @each_check

@@ -59,7 +59,7 @@ def write_stranger(folder: Path, name: str) -> Path:
 STRANGERS = (
     "bundled_airplane.ply", "bundled_ant.ply", "bundled_nut.ply", "bundled_sphere.ply", "windows.obj",
     "negative_quads.obj", "ascii.stl", "binary.stl", "cells.vtp", "igl.off", "scan.ply", "scan.xyz",
-)  # fmt: skip
+)
 
 
 @pytest.fixture
@@ -144,7 +144,7 @@ def test_map_finds_a_shape_in_its_renumbered_copy(tmp_path, capsys):
     code, out, _ = spoken(
         capsys, "map", tmp_path / "a.off", tmp_path / "b.ply", "-k", 60, "--landmark", f"3,{np.argsort(order)[3]}",
         "-o", tmp_path / "map.npz", "-o", tmp_path / "map.vtp", "-o", tmp_path / "map.png", "--json",
-    )  # fmt: skip
+    )
     assert code == 0
     facts = json.loads(out)
     assert facts["sure"]
@@ -372,7 +372,7 @@ def test_from_overrides_a_wrong_ending(egg_file, tmp_path, capsys):
         (["health", "."], "must end in one of"),
         (["doctor", "-k", "0"], "'-k'"),
     ],
-)  # fmt: skip
+)
 def test_misuse_is_code_2_and_one_line(egg_file, monkeypatch, capsys, words, message):
     monkeypatch.chdir(egg_file.parent)
     refused(capsys, 2, message, *(word.replace("EGG", "egg.obj") for word in words))
@@ -427,7 +427,7 @@ def test_a_process_that_is_interrupted_says_so_and_leaves_nothing(tmp_path, sign
     process = subprocess.Popen(
         [sys.executable, "-m", "spectral_notes", *words], cwd=tmp_path, stderr=subprocess.PIPE, text=True,
         preexec_fn=lambda: signal.signal(signal.SIGINT, signal.default_int_handler),  # jobs in the background ignore it
-    )  # fmt: skip
+    )
     assert process.stderr is not None
     assert "60 modes of 210,000 vertices" in process.stderr.readline()
     time.sleep(0.5)

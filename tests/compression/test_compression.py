@@ -65,7 +65,7 @@ def test_a_draco_file_is_no_larger_than_what_draco_writes(lumpy):
     plain = DracoPy.encode(
         lumpy.vertices.astype(np.float32), lumpy.faces.astype(np.uint32), quantization_bits=10, compression_level=10,
         quantization_range=extent, quantization_origin=low.tolist(),
-    )  # fmt: skip
+    )
     decoded = DracoPy.decode(plain)
     gap = np.asarray(decoded.points) - lumpy.vertices[transmission_order(lumpy)]
     error = 100 * np.sqrt((gap**2).sum(axis=1).mean()) / diagonal(lumpy)

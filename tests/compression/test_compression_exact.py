@@ -309,7 +309,7 @@ for value in (0, 500):
         (spectral(mends=b"\1\0\x50\1"), "the list of joined vertices does not fit the connectivity"),
         (spectral(mends=b"\1\0\1\x50"), "the connectivity joins a vertex to one that is not there"),
     ],
-)  # fmt: skip
+)
 def test_decode_says_what_is_wrong(data, message):
     with pytest.raises(CorruptStreamError, match=message):
         decode(data)

@@ -90,7 +90,7 @@ def test_surfaces_with_one_boundary(mesh: TriangleMesh, angle: float) -> None:
 def test_every_shape_is_the_same_twice() -> None:
     makers: list[Callable[[], TriangleMesh]] = [
         sphere, egg, potato, torus, torus_patch, lambda: sheet(2.4), spherical_cap, disk, lambda: gww_drums()[1], terrain,
-    ]  # fmt: skip
+    ]
     for make in makers:
         one, other = make(), make()
         np.testing.assert_array_equal(one.vertices, other.vertices)

@@ -139,7 +139,7 @@ def test_a_shell_along_the_grid_has_the_eigenvalues_of_the_rectangle():
         (lambda: voxelize(sphere(1), 1e-4), ValueError, "step must leave at most 30000000 voxels .* 0.0001 needs more"),
         (lambda: voxel_shell(sphere(1), 0.1, -1), ValueError, "half_width must be greater than 0; got -1"),
     ],
-)  # fmt: skip
+)
 def test_refusals(call, error, message):
     with pytest.raises(error, match=message):
         call()
