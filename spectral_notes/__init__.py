@@ -14,7 +14,7 @@ from typing import Any
 
 _HOMES = {  # where each name lives; it is loaded when it is first used (PEP 562)
     "meshes": ("TriangleMesh", "PointCloud", "clean_mesh"),
-    "files": ("read_mesh", "read_shape", "write_mesh", "write_arrays", "fetch_mesh"),
+    "files": ("read_mesh", "read_shape", "write_mesh", "write_arrays"),
     "geometry": (
         "health",
         "angle_defects",

@@ -244,38 +244,6 @@ def synthesize_series(a: ArrayLike, b: ArrayLike) -> FloatArray:
     return psi.T @ a + chi.T @ b
 
 
-def complex_coefficients(a: ArrayLike, b: ArrayLike) -> ComplexArray:
-    """Convert `a` and `b` to numpy's coefficients, F = n (a - i b): note the minus sign.
-
-    Parameters
-    ----------
-    a, b : (n,) arrays
-        Cosine and sine coefficients of a real signal.
-
-    Returns
-    -------
-    F : (n,) complex array
-        What `numpy.fft.fft` returns for the same signal.
-
-    Raises
-    ------
-    TypeError, ValueError
-        As `synthesize_series`.
-
-    Examples
-    --------
-    >>> F = complex_coefficients([0.0, 0.0, 0.0], [0.0, 0.5, -0.5])
-    >>> print(f"{F[1].real:.1f} {F[1].imag:.1f}")
-    0.0 -1.5
-
-    References
-    ----------
-    The section "Implementation details" of the documentation of numpy.fft.
-    """
-    a, b = _as_pair(a, b)
-    return a.size * (a - 1j * b)
-
-
 def real_coefficients(F: ArrayLike) -> tuple[FloatArray, FloatArray]:
     """Convert numpy's coefficients of a real signal to a = Re F / n and b = -Im F / n.
 
@@ -347,48 +315,6 @@ def half_coefficients(a: ArrayLike, b: ArrayLike) -> tuple[FloatArray, FloatArra
     a, b = _as_pair(a, b)
     weights = _half_weights(a.size)
     return weights * a[: weights.size], weights * b[: weights.size]
-
-
-def full_coefficients(A: ArrayLike, B: ArrayLike, n: int) -> tuple[FloatArray, FloatArray]:
-    """Unfold the amplitudes of the half sum to the coefficients a, b of the sum over all n frequencies.
-
-    The inverse of `half_coefficients`. The waves chi[0] and chi[n / 2] vanish on the samples: b there is 0 for any B.
-
-    Parameters
-    ----------
-    A, B : (n // 2 + 1,) arrays
-        Amplitudes of the cosines and sines, in the units of the signal.
-    n : int
-        Number of samples, which A and B alone do not tell (2 m or 2 m + 1).
-
-    Returns
-    -------
-    a, b : (n,) arrays
-        Coefficients with a[n - k] = a[k] and b[n - k] = -b[k].
-
-    Raises
-    ------
-    TypeError, ValueError
-        If `n` is not a positive integer, or A and B are not n // 2 + 1 finite real numbers each.
-
-    Examples
-    --------
-    >>> [c.tolist() for c in full_coefficients([1.0, 4.0], [0.0, 6.0], 3)]
-    [[1.0, 2.0, 2.0], [0.0, 3.0, -3.0]]
-
-    References
-    ----------
-    Brunton and Kutz, Data-Driven Science and Engineering (2019), section 2.1.
-    """
-    n = _checks.as_count("n", n, 1)
-    weights = _half_weights(n)
-    A, B = _checks.as_floats("A", A, weights.shape), _checks.as_floats("B", B, weights.shape)
-    a, b = np.zeros(n), np.zeros(n)
-    a[: weights.size] = A / weights
-    b[: weights.size] = np.where(weights == 2, B / weights, 0.0)
-    upper = np.arange(weights.size, n)
-    a[upper], b[upper] = a[n - upper], -b[n - upper]
-    return a, b
 
 
 def keep_first(c: ArrayLike, k: int) -> FloatArray:

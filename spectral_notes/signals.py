@@ -41,31 +41,6 @@ def interval_grid(n: int, start: float = 0.0, stop: float = 1.0) -> FloatArray:
     return np.linspace(start, as_number("stop", stop, above=start), n)
 
 
-def circle_grid(n: int, length: float = 2 * np.pi) -> FloatArray:
-    """Return n equally spaced points of a circle; the end is left out, as it is the start again: x_i = i length / n.
-
-    Parameters
-    ----------
-    n : number of points, at least 1
-    length : circumference, positive
-
-    Returns
-    -------
-    x : (n,) in [0, length)
-
-    Raises
-    ------
-    TypeError, ValueError : n is no integer or below 1; length is no number or not positive.
-
-    Examples
-    --------
-    >>> circle_grid(4, length=1.0).tolist()
-    [0.0, 0.25, 0.5, 0.75]
-    """
-    n = as_count("n", n, 1)
-    return np.arange(n, dtype=np.float64) * (as_number("length", length, above=0) / n)
-
-
 def gaussian(x: ArrayLike, centre: float, width: float) -> FloatArray:
     """Return a bump of unit area: exp(-(x - centre)^2 / 2 width^2) / (width sqrt(2 pi)).
 

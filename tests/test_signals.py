@@ -33,12 +33,6 @@ def test_interval_grid_holds_both_ends_and_even_steps():
     np.testing.assert_allclose(np.diff(x), 0.5, rtol=1e-15)
 
 
-def test_circle_grid_leaves_the_end_out():
-    x = sg.circle_grid(8)
-    np.testing.assert_allclose(np.diff(x), 2 * np.pi / 8, rtol=1e-14)
-    assert x[0] == 0 and x[-1] < 2 * np.pi
-
-
 @pytest.mark.parametrize(
     ("call", "error", "message"),
     [
@@ -47,9 +41,6 @@ def test_circle_grid_leaves_the_end_out():
         (lambda: sg.interval_grid(3, "a"), TypeError, "start must be a real number; got str"),
         (lambda: sg.interval_grid(3, 0.0, None), TypeError, "stop must be a real number; got NoneType"),
         (lambda: sg.interval_grid(3, 1.0, 1.0), ValueError, "stop must be greater than 1; got 1"),
-        (lambda: sg.circle_grid(0), ValueError, "n must be at least 1; got 0"),
-        (lambda: sg.circle_grid(4, length=0.0), ValueError, "length must be greater than 0; got 0"),
-        (lambda: sg.circle_grid(4, length="a"), TypeError, "length must be a real number; got str"),
     ],
 )
 def test_grids_refuse(call, error, message):

@@ -11,7 +11,7 @@ Not attempted yet. Replace the dots, run that cell, then this one.
 Right. The number is right.
 """
 
-from spectral_notes.checking.geometry import check_curvature, check_gradient
+from spectral_notes.checking.geometry import check_curvature
 from spectral_notes.checking.maps import check_functional_map, check_point_map
 from spectral_notes.checking.marking import Marks, check_result
 from spectral_notes.checking.modes import check_coefficients, check_eigenbasis, check_embedding
@@ -32,7 +32,6 @@ __all__ = [
     "check_difference_matrix",
     "check_laplacian",
     "check_mass_matrix",
-    "check_gradient",
     "check_curvature",
     "check_eigenbasis",
     "check_coefficients",

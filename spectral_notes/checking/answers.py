@@ -26,7 +26,7 @@ def call(answer: Callable[..., Any], *inputs: Any) -> object:
         raise Stop(Verdict("unattempted", "Write the body of the function.")) from None
     except (Exception, SystemExit) as error:
         said = f"It raises {type(error).__name__}: {_short(error)}"
-        raise Stop(wrong("the function accepts the inputs that the exercise names", said)) from None
+        raise Stop(wrong(said, "the function accepts the inputs that the exercise names")) from None
     refuse_placeholder(returned, "The function returns nothing yet.")
     return returned
 
@@ -40,17 +40,17 @@ def read_array(answer: object, what: str, shape: Sequence[int | str], *, real: b
     array = array.astype(np.complex128)
     demand(
         np.isfinite(array).all() and (abs(array) <= LARGEST).all(),
-        f"{what} holds finite numbers",
         f"{what} holds NaN or infinite entries, the first at {_first(~(abs(array) <= LARGEST))}. Is there a division "
         "by zero?",
+        f"{what} holds finite numbers",
     )
     if not real:
         return array
     size = abs(array).max(initial=0.0)
     demand(
         abs(array.imag).max(initial=0.0) <= 1e-6 * size,
-        f"{what} is real",
         f"{what} has an imaginary part, the largest at {place_of(array.imag)}.",
+        f"{what} is real",
     )
     return np.array(array.real)
 
@@ -65,7 +65,7 @@ def read_matrix(answer: Any, what: str, shape: tuple[int, int]) -> sp.csr_array:
         values = read_array(entries.data, what, ("nnz",))
         matrix = sp.csr_array((values, (entries.row, entries.col)), shape=shape)
     except (TypeError, ValueError, IndexError) as error:
-        raise Stop(wrong(f"{what} is a matrix of numbers", f"It cannot be read: {_short(error)}")) from None
+        raise Stop(wrong(f"It cannot be read: {_short(error)}", f"{what} is a matrix of numbers")) from None
     return matrix
 
 
@@ -80,9 +80,9 @@ def _array(answer: Any, what: str) -> Any:
     except Stop:
         raise
     except Exception as error:
-        raise Stop(wrong(law, f"A {type(answer).__name__} cannot be read as numbers: {_short(error)}")) from None
+        raise Stop(wrong(f"A {type(answer).__name__} cannot be read as numbers: {_short(error)}", law)) from None
     kind = "text" if array.dtype.kind in "US" else f"entries of type {array.dtype}"
-    demand(array.dtype.kind in "biufc", law, f"Numbers are expected; {kind} came.")
+    demand(array.dtype.kind in "biufc", f"Numbers are expected; {kind} came.", law)
     return array
 
 

@@ -55,28 +55,41 @@ def check_functional_map(
     true = basis_2.analyze(basis_1.evecs[p2p])  # (k2, k1)
     law = "C_12 takes coefficients on 1 to coefficients on 2"
     given = read_array(answer, "C_12", ("k2", "k1"))
-    demand(given.shape != true.T.shape or given.shape == true.shape, law,
-           f"The shape is {given.shape}: this map goes from 2 to 1.")
-    demand(given.shape == true.shape, f"C_12 has shape (k2, k1) = {true.shape}", f"The shape is {given.shape}.")
+    demand(
+        given.shape != true.T.shape or given.shape == true.shape,
+        f"The shape is {given.shape}: this map goes from 2 to 1.",
+        law,
+    )
+    demand(given.shape == true.shape, f"The shape is {given.shape}.", f"C_12 has shape (k2, k1) = {true.shape}")
     error = given - true
     if abs(error).max() <= within:
         return right("C_12 takes every function of the basis to its partner.", law)
     if given.shape == given.T.shape:
-        demand(abs(given.T - true).max() > max(within, 1e-3), law, "It is transposed: this map goes from 2 to 1.")
+        demand(abs(given.T - true).max() > max(within, 1e-3), "It is transposed: this map goes from 2 to 1.", law)
     flat = basis_2.evecs.T @ basis_1.evecs[p2p]
-    demand(abs(given - flat).max() > 1e-3 * abs(flat).max(), "C_12 = evecs_2.T @ M_2 @ evecs_1[p2p_21]",
-           "It was computed without the mass of shape 2.")
-    demand(abs(abs(given) - abs(true)).max() > 1e-3, law, "Some signs are turned: are these the bases that were given?")
+    demand(
+        abs(given - flat).max() > 1e-3 * abs(flat).max(),
+        "It was computed without the mass of shape 2.",
+        "C_12 = evecs_2.T @ M_2 @ evecs_1[p2p_21]",
+    )
+    demand(abs(abs(given) - abs(true)).max() > 1e-3, "Some signs are turned: are these the bases that were given?", law)
     constant = abs(given[1:, 0]).max(initial=0.0)
-    demand(constant <= max(within, 10 * abs(true[1:, 0]).max(initial=0.0), 1e-3),
-           "a constant function goes to a constant function",
-           f"The first column should be zero below its top; its largest entry there is {constant:.2g}.")
-    raise Stop(wrong(law, f"It differs by {abs(error).max():.2g} at {place_of(error)}.{slip(given, true)}"))
+    demand(
+        constant <= max(within, 10 * abs(true[1:, 0]).max(initial=0.0), 1e-3),
+        f"The first column should be zero below its top; its largest entry there is {constant:.2g}.",
+        "a constant function goes to a constant function",
+    )
+    raise Stop(wrong(f"It differs by {abs(error).max():.2g} at {place_of(error)}.{slip(given, true)}", law))
 
 
 @judged
 def check_point_map(
-    answer: object, truth: ArrayLike, n_1: int, *, also: ArrayLike | None = None, distances: ArrayLike | None = None,
+    answer: object,
+    truth: ArrayLike,
+    n_1: int,
+    *,
+    also: ArrayLike | None = None,
+    distances: ArrayLike | None = None,
     within: float = 0.0,
 ) -> Verdict:
     """Judge a point map p2p_21: for each vertex of 2 a vertex of 1.
@@ -119,13 +132,13 @@ def check_point_map(
         return right("Each vertex of 2 finds its partner on 1.", "p2p_21 names a vertex of 1 for each vertex of 2")
     law = "each vertex of 2 goes to its partner on 1"
     if len(set(given.tolist())) == 1:
-        return wrong(law, "All vertices go to one vertex.")
+        return wrong("All vertices go to one vertex.", law)
     everyone = np.arange(len(true))
     one_to_one = len(true) == n_1 and np.array_equal(np.sort(goals[0]), everyone)
     if one_to_one and np.array_equal(given[goals[0]], everyone):
-        return wrong(law, "It is the inverse: this map goes from 1 to 2.")
+        return wrong("It is the inverse: this map goes from 1 to 2.", law)
     what = "share of wrong vertices" if D is None else "mean distance to the right vertex"
-    return wrong(law, f"The {what} is {min(errors):.3g}; at most {within:.3g} is asked for.")
+    return wrong(f"The {what} is {min(errors):.3g}; at most {within:.3g} is asked for.", law)
 
 
 def _indices_of(answer: Any, n_2: int, n_1: int) -> IntArray:
@@ -135,12 +148,15 @@ def _indices_of(answer: Any, n_2: int, n_1: int) -> IntArray:
     array = read_array(answer, "p2p_21", ("n",))
     hint = ": this map goes from 1 to 2." if len(array) == n_1 else "."
     law = "p2p_21 has one entry a vertex of 2"
-    demand(len(array) == n_2, law, f"{len(array)} entries came for {n_2} vertices{hint}")
+    demand(len(array) == n_2, f"{len(array)} entries came for {n_2} vertices{hint}", law)
     fraction = abs(array - np.round(array))
-    demand(not fraction.any(), "p2p_21 holds whole numbers", f"{array[np.argmax(fraction)]:.4g} is none.")
+    demand(not fraction.any(), f"{array[np.argmax(fraction)]:.4g} is none.", "p2p_21 holds whole numbers")
     indices = array.astype(np.int64)
-    demand(indices.min() >= 0, "p2p_21 names vertices of 1", f"Vertex {indices.min()} does not exist.")
+    demand(indices.min() >= 0, f"Vertex {indices.min()} does not exist.", "p2p_21 names vertices of 1")
     hint = ": do they count from 1?" if indices.min() == 1 and indices.max() == n_1 else "."
-    demand(indices.max() < n_1, "p2p_21 names vertices of 1",
-           f"Indices reach {indices.max()}, where {n_1 - 1} is the last vertex of 1{hint}")
+    demand(
+        indices.max() < n_1,
+        f"Indices reach {indices.max()}, where {n_1 - 1} is the last vertex of 1{hint}",
+        "p2p_21 names vertices of 1",
+    )
     return indices

@@ -44,7 +44,7 @@ def check_result(
     The law: the function accepts the inputs that the exercise names.
     """
     if not callable(answer):
-        return wrong("the answer is a function", f"A {type(answer).__name__} came. Pass the function itself, uncalled.")
+        return wrong(f"A {type(answer).__name__} came. Pass the function itself, uncalled.", "the answer is a function")
     return check(call(answer, *copy.deepcopy(tuple(inputs))), *args, **options)
 
 
@@ -94,4 +94,3 @@ class Marks:
         """Return the verdicts, one a paragraph and each only once, and the points."""
         told = "\n\n".join(dict.fromkeys(verdict._repr_markdown_() for verdict in self.verdicts))
         return f"{told}\n\n*{self} of {self.points:g} points by these {len(self.verdicts)} checks.*"
-

@@ -54,11 +54,17 @@ def check_eigenbasis(answer: object, L: Any, M: Any, k: int) -> Verdict:
     given_evals, given_evecs = _pair_of(answer)
     evals = read_array(given_evals, "evals", ("k",))
     evecs = read_array(given_evecs, "evecs", ("n", "k"))
-    demand(evecs.shape != (k, n) or n == k, "evecs holds one mode a column",
-           f"The shape is {evecs.shape}: is it transposed?")
-    demand(len(evecs) == n, "a mode has one value a sample", f"{len(evecs)} values came for {n} samples.")
-    demand(len(evals) == evecs.shape[1] == k, f"{k} modes are asked for",
-           f"{len(evals)} eigenvalues and {evecs.shape[1]} modes came.")
+    demand(
+        evecs.shape != (k, n) or n == k,
+        f"The shape is {evecs.shape}: is it transposed?",
+        "evecs holds one mode a column",
+    )
+    demand(len(evecs) == n, f"{len(evecs)} values came for {n} samples.", "a mode has one value a sample")
+    demand(
+        len(evals) == evecs.shape[1] == k,
+        f"{len(evals)} eigenvalues and {evecs.shape[1]} modes came.",
+        f"{k} modes are asked for",
+    )
     _demand_spectrum(evals, reference, k)
     _demand_orthonormal(evecs, M)
     _demand_modes(evals, evecs, reference)
@@ -71,7 +77,7 @@ def _pair_of(answer: object) -> tuple[object, object]:
         return answer.evals, answer.evecs
     if isinstance(answer, tuple | list) and len(answer) == 2:
         return answer[0], answer[1]
-    raise Stop(wrong("a basis is a pair (evals, evecs), or an Eigenbasis", f"A {type(answer).__name__} came."))
+    raise Stop(wrong(f"A {type(answer).__name__} came.", "a basis is a pair (evals, evecs), or an Eigenbasis"))
 
 
 def _demand_spectrum(evals: FloatArray, reference: Eigenbasis, k: int) -> None:
@@ -79,9 +85,12 @@ def _demand_spectrum(evals: FloatArray, reference: Eigenbasis, k: int) -> None:
     true, scale = reference.evals[:k], float(reference.evals[-1]) or 1.0
     falls = np.flatnonzero(np.diff(evals) < -WITHIN * scale)
     if len(falls):
-        raise Stop(wrong("eigenvalues ascend", f"Eigenvalue {falls[0] + 1} is smaller than the one before."))
-    demand(evals.min() > -WITHIN * scale, "L is positive semidefinite, so no eigenvalue is negative",
-           f"Eigenvalue {int(np.argmin(evals))} is {evals.min():.3g}: has L the other sign?")
+        raise Stop(wrong(f"Eigenvalue {falls[0] + 1} is smaller than the one before.", "eigenvalues ascend"))
+    demand(
+        evals.min() > -WITHIN * scale,
+        f"Eigenvalue {int(np.argmin(evals))} is {evals.min():.3g}: has L the other sign?",
+        "L is positive semidefinite, so no eigenvalue is negative",
+    )
     apart = abs(evals - true) > _room(true, scale)
     if not apart.any():
         return
@@ -97,7 +106,7 @@ def _demand_spectrum(evals: FloatArray, reference: Eigenbasis, k: int) -> None:
         message = f"The smallest is {evals.min():.4g}: are these the largest ones?"
     else:
         message += slip(evals, true)
-    raise Stop(wrong(law, message))
+    raise Stop(wrong(message, law))
 
 
 def _room(evals: FloatArray, scale: float) -> FloatArray:
@@ -113,13 +122,16 @@ def _demand_orthonormal(evecs: FloatArray, M: sp.csr_array) -> None:
     if error.max() <= WITHIN:
         return
     if abs(evecs.T @ evecs - np.eye(len(gram))).max() <= WITHIN:
-        raise Stop(wrong(law, f"Orthonormal without M (error {error.max():.2g} with it): use evecs.T @ M @ evecs."))
+        raise Stop(wrong(f"Orthonormal without M (error {error.max():.2g} with it): use evecs.T @ M @ evecs.", law))
     lengths = np.sqrt(abs(gram.diagonal()))
     worst = int(np.argmax(abs(lengths - 1)))
-    demand(abs(lengths[worst] - 1) <= WITHIN, law,
-           f"A mode has M-length {lengths[worst]:.3g} (mode {worst}): is each column divided by the square root of "
-           "phi^T M phi?")
-    raise Stop(wrong(law, f"Two modes are not orthogonal: {error.max():.2g} at {place_of(error)}."))
+    demand(
+        abs(lengths[worst] - 1) <= WITHIN,
+        f"A mode has M-length {lengths[worst]:.3g} (mode {worst}): is each column divided by the square root of "
+        "phi^T M phi?",
+        law,
+    )
+    raise Stop(wrong(f"Two modes are not orthogonal: {error.max():.2g} at {place_of(error)}.", law))
 
 
 def _demand_modes(evals: FloatArray, evecs: FloatArray, reference: Eigenbasis) -> None:
@@ -131,9 +143,12 @@ def _demand_modes(evals: FloatArray, evecs: FloatArray, reference: Eigenbasis) -
     if reference.k < reference.n:
         outside[evals >= reference.evals[-1] - room] = 0.0  # their eigenspace may go on beyond the reference
     worst = int(np.argmax(outside))
-    demand(outside[worst] <= 0.02, f"each mode solves {EQUATION} with its own eigenvalue",
-           f"Mode {worst} leaves the eigenspace of its eigenvalue by {outside[worst]:.2g} of its length: are evals and "
-           "evecs in the same order, and M on the right side?")
+    demand(
+        outside[worst] <= 0.02,
+        f"Mode {worst} leaves the eigenspace of its eigenvalue by {outside[worst]:.2g} of its length: are evals and "
+        "evecs in the same order, and M on the right side?",
+        f"each mode solves {EQUATION} with its own eigenvalue",
+    )
 
 
 @judged
@@ -172,13 +187,19 @@ def check_coefficients(answer: object, basis: Eigenbasis, f: ArrayLike) -> Verdi
     size = abs(true).max(initial=0.0) or 1.0
     if abs(given - true).max() <= WITHIN * size:
         return right("These are the coefficients.", law)
-    demand(abs(given - flat).max() > 1e-3 * abs(flat).max(), law,
-           "These are inner products without M: they depend on how densely the domain is sampled.")
+    demand(
+        abs(given - flat).max() > 1e-3 * abs(flat).max(),
+        "These are inner products without M: they depend on how densely the domain is sampled.",
+        law,
+    )
     difference = given - true
     first = place_of((abs(difference) > WITHIN * size) * 1.0)
-    demand(abs(abs(given) - abs(true)).max() > 1e-3 * size, law,
-           f"Some signs are turned (first at {first}): is it the given basis?")
-    raise Stop(wrong(law, f"It differs by {abs(difference).max():.3g} at {place_of(difference)}.{slip(given, true)}"))
+    demand(
+        abs(abs(given) - abs(true)).max() > 1e-3 * size,
+        f"Some signs are turned (first at {first}): is it the given basis?",
+        law,
+    )
+    raise Stop(wrong(f"It differs by {abs(difference).max():.3g} at {place_of(difference)}.{slip(given, true)}", law))
 
 
 @judged
@@ -214,21 +235,26 @@ def check_embedding(answer: object, basis: Eigenbasis, n_dims: int, *, weights: 
     X = read_array(answer, "the embedding", (basis.n, n_dims))
     spread = np.ptp(X, axis=0) / (abs(X).max() or 1.0)
     flat = int(np.argmin(spread))
-    demand(spread[flat] > 1e-6, "the constant mode says nothing about place",
-           f"Coordinate {flat} is the same for all samples: leave the zero mode out.")
+    demand(
+        spread[flat] > 1e-6,
+        f"Coordinate {flat} is the same for all samples: leave the zero mode out.",
+        "the constant mode says nothing about place",
+    )
     evals = basis.evals[1 : n_dims + 1]
     c = basis.analyze(X)  # (k, n_dims)
     near = abs(basis.evals[:, None] - evals[None, :]) <= SAME * evals[-1]
     lengths = np.sqrt(np.einsum("ij,ij->j", X, basis.M @ X))
     strayed = np.sqrt(np.maximum(0.0, lengths**2 - (c**2 * near).sum(axis=0))) / lengths
     worst = int(np.argmax(strayed))
-    demand(strayed[worst] <= 0.02, "coordinate i is mode i + 1",
-           f"Coordinate {worst} strays from its mode by {strayed[worst]:.2g} of its length: are the modes in "
-           "order?")
+    demand(
+        strayed[worst] <= 0.02,
+        f"Coordinate {worst} strays from its mode by {strayed[worst]:.2g} of its length: are the modes in order?",
+        "coordinate i is mode i + 1",
+    )
     wanted = evals**-0.5 if weights == "gps" else np.ones(n_dims)
     _demand_weights(lengths, wanted, evals, weights)
     cosines = (c.T @ c) / np.outer(lengths, lengths) - np.eye(n_dims)
-    demand(abs(cosines).max() <= 0.02, "coordinates are orthogonal in M", f"Two are not: {place_of(cosines)}.")
+    demand(abs(cosines).max() <= 0.02, f"Two are not: {place_of(cosines)}.", "coordinates are orthogonal in M")
     return right("Every coordinate is a mode with its weight.")
 
 
@@ -237,9 +263,14 @@ def _demand_weights(lengths: FloatArray, wanted: FloatArray, evals: FloatArray, 
     if abs(lengths / wanted - 1).max() <= 1e-3:
         return
     law = "coordinate i has weight 1 / sqrt(lambda)" if weights == "gps" else "every coordinate has M-length 1"
-    known = {"not weighted": evals**0, "weighted by 1 / sqrt(lambda)": evals**-0.5, "weighted by lambda": evals,
-             "weighted by sqrt(lambda)": evals**0.5, "weighted by 1 / lambda": evals**-1.0}
+    known = {
+        "not weighted": evals**0,
+        "weighted by 1 / sqrt(lambda)": evals**-0.5,
+        "weighted by lambda": evals,
+        "weighted by sqrt(lambda)": evals**0.5,
+        "weighted by 1 / lambda": evals**-1.0,
+    }
     for words, length in known.items():
-        demand(abs(lengths / length - 1).max() > 1e-3, law, f"The coordinates are {words}.")
+        demand(abs(lengths / length - 1).max() > 1e-3, f"The coordinates are {words}.", law)
     worst = int(np.argmax(abs(lengths / wanted - 1)))
-    raise Stop(wrong(law, f"Coordinate {worst} is {lengths[worst] / wanted[worst]:.3g} times as long as it should be."))
+    raise Stop(wrong(f"Coordinate {worst} is {lengths[worst] / wanted[worst]:.3g} times as long as it should be.", law))

@@ -47,21 +47,31 @@ def check_laplacian(answer: object, expected: object, *, M: object = None, eithe
     n = true.shape[0]
     L = read_matrix(_first_of_pair(answer), "L", (n, n))
     size = largest(true)
-    demand(largest(L) > 0, "L sees its neighbours", "Every entry is zero.")
+    demand(largest(L) > 0, "Every entry is zero.", "L sees its neighbours")
     _demand_row_sums(L, true, size)
     pointwise = M is not None and largest(sp.csr_array(_inverse(M) @ true) - L) <= 1e-3 * largest(L)
     hint = ": is it divided by the mass already? The weak L is asked for." if pointwise else "."
     gap = sp.csr_array(L - L.T)
-    demand(largest(gap) <= WITHIN * largest(L), "L is symmetric",
-           f"It differs from its transpose by {largest(gap):.3g} at {place_in(gap)}{hint}")
+    demand(
+        largest(gap) <= WITHIN * largest(L),
+        f"It differs from its transpose by {largest(gap):.3g} at {place_in(gap)}{hint}",
+        "L is symmetric",
+    )
     turned = largest(L + true) < largest(L - true)
-    demand(either_sign or not turned or L.diagonal().mean() > 0, "L is positive semidefinite in this book",
-           f"Its diagonal is negative (smallest {L.diagonal().min():.3g}): is its sign turned?")
+    demand(
+        either_sign or not turned or L.diagonal().mean() > 0,
+        f"Its diagonal is negative (smallest {L.diagonal().min():.3g}): is its sign turned?",
+        "L is positive semidefinite in this book",
+    )
     difference = sp.csr_array((-L if turned else L) - true)
     if largest(difference) <= WITHIN * size:
         return right("L is symmetric, its rows are right, and so is every entry.", "f^T L f is the Dirichlet energy")
-    raise Stop(wrong("L[i, j] is minus the weight of edge ij, and nothing where no edge is",
-                     _slip_of_entries(-L if turned else L, true, difference)))
+    raise Stop(
+        wrong(
+            _slip_of_entries(-L if turned else L, true, difference),
+            "L[i, j] is minus the weight of edge ij, and nothing where no edge is",
+        )
+    )
 
 
 def _laplacian_of(expected: object, M: object) -> tuple[sp.csr_array, sp.csr_array | None]:
@@ -92,8 +102,11 @@ def _demand_row_sums(L: sp.csr_array, true: sp.csr_array, size: float) -> None:
     hint = ": is the diagonal missing?" if not diagonal else ": does the diagonal balance the row?"
     if diagonal and L.diagonal()[row] * (L.sum(axis=1)[row] - L.diagonal()[row]) > 0:
         hint = ": have the diagonal and the rest of the row the same sign?"
-    demand(abs(sums).max() <= WITHIN * max(size, largest(L)), "the rows of L sum to zero",
-           f"Rows do not sum to zero (largest {sums[row]:.3g}, row {row}){hint}")
+    demand(
+        abs(sums).max() <= WITHIN * max(size, largest(L)),
+        f"Rows do not sum to zero (largest {sums[row]:.3g}, row {row}){hint}",
+        "the rows of L sum to zero",
+    )
 
 
 def _slip_of_entries(given: sp.csr_array, true: sp.csr_array, difference: sp.csr_array) -> str:
@@ -152,26 +165,33 @@ def check_mass_matrix(answer: object, expected: object, *, kind: str = "any", fr
     n = allowed[0].shape[0]
     M = _read_mass(answer, n)
     gap = sp.csr_array(M - M.T)
-    demand(largest(gap) <= WITHIN * largest(M), "M is symmetric",
-           f"It differs from its transpose by {largest(gap):.3g} at {place_in(gap)}.")
+    demand(
+        largest(gap) <= WITHIN * largest(M),
+        f"It differs from its transpose by {largest(gap):.3g} at {place_in(gap)}.",
+        "M is symmetric",
+    )
     diagonal = M.diagonal()
     worst = int(np.argmin(diagonal))
-    demand(diagonal[worst] > 0, "M is positive", f"Its diagonal is {diagonal[worst]:.3g} at index {worst}.")
+    demand(diagonal[worst] > 0, f"Its diagonal is {diagonal[worst]:.3g} at index {worst}.", "M is positive")
     total, wanted = float(M.sum()), float(allowed[0].sum())
     if free_scale:
         M, total = M * (wanted / total), wanted
     whole = "the entries of M sum to the area" if is_mesh else "the entries of M sum to the size of the domain"
     hint = ": a third of each triangle for each corner?" if is_mesh else ": is the spacing in it?"
-    demand(abs(total / wanted - 1) <= 1e-5, whole,
-           f"The entries sum to {total:.4g}, {total / wanted:.3g} times the right total{hint}")
+    demand(
+        abs(total / wanted - 1) <= 1e-5,
+        f"The entries sum to {total:.4g}, {total / wanted:.3g} times the right total{hint}",
+        whole,
+    )
     differences = [sp.csr_array(M - true) for true in allowed]
     least = min(differences, key=largest)
     if largest(least) <= WITHIN * largest(allowed[0]):
         return right("M is symmetric, positive, and right in every share.", whole)
     per = "each vertex" if is_mesh else "each sample"
-    return wrong(f"M holds the share of {per}, so that f^T M g is the integral of f g",
-                 f"The total is right, the shares are not: they differ by {largest(least):.3g}, "
-                 f"most at {place_in(least)}.")
+    return wrong(
+        f"The total is right, the shares are not: they differ by {largest(least):.3g}, most at {place_in(least)}.",
+        f"M holds the share of {per}, so that f^T M g is the integral of f g",
+    )
 
 
 def _read_mass(answer: object, n: int) -> sp.csr_array:

@@ -52,12 +52,12 @@ def check_dft(answer: object, f: ArrayLike, *, scaling: str = "any", within: flo
     F = _coefficients(answer, signal)
     if len(F) == n // 2 + 1 and n > 2 and not np.iscomplexobj(signal):
         true = true[: n // 2 + 1]  # what rfft returns: the rest mirrors it
-    demand(len(F) == len(true), f"there are {n} coefficients", f"{len(F)} came.")
+    demand(len(F) == len(true), f"{len(F)} came.", f"there are {n} coefficients")
     size = abs(true).max() or 1.0
     for name, factor in _scales(n).items():
         if scaling in (name, "any") and abs(F / factor - true).max() <= within * size:
             return right("These are the coefficients of the signal.", TRANSFORM)
-    return wrong(TRANSFORM, _slip_of_transform(F, true, n, scaling))
+    return wrong(_slip_of_transform(F, true, n, scaling), TRANSFORM)
 
 
 def _coefficients(answer: object, signal: Any) -> Any:
@@ -114,7 +114,12 @@ def _slip_of_transform(F: Any, true: Any, n: int, scaling: str) -> str:
 
 @judged
 def check_difference_matrix(
-    answer: object, x: ArrayLike, *, derivative: int = 1, accuracy: int = 2, length: float | None = None,
+    answer: object,
+    x: ArrayLike,
+    *,
+    derivative: int = 1,
+    accuracy: int = 2,
+    length: float | None = None,
     end_accuracy: int | None = None,
 ) -> Verdict:
     """Judge a matrix that differentiates samples: its rows must be exact for polynomials.
@@ -164,7 +169,7 @@ def check_difference_matrix(
         if not abs(error).max() <= 1e-4:
             if length is not None and _spectral(D, points, d, length):
                 break
-            raise Stop(wrong(_law_of(degree, d), _slip_of_rows(D, error, degree, d, h)))
+            raise Stop(wrong(_slip_of_rows(D, error, degree, d, h), _law_of(degree, d)))
     return right("Every row is exact to the order that is asked for.", _law_of(d, d))
 
 
@@ -211,9 +216,13 @@ def _slip_of_rows(D: sp.csr_array, error: FloatArray, degree: int, d: int, h: fl
         hint = "are the entries that join the two ends in their corners?" if corners else hint
     elif degree == d:
         ratio = 1 + error[n // 2] / float(np.prod(np.arange(1, d + 1)))
-        known = {-1.0: "is its sign turned?", 2.0: "divided by h where 2h belongs?",
-                 0.5: "divided by 2h where h belongs?", h**d: f"not divided by {'h' if d == 1 else 'h^2'}?",
-                 2 * h: "not divided by 2h?"}
+        known = {
+            -1.0: "is its sign turned?",
+            2.0: "divided by h where 2h belongs?",
+            0.5: "divided by 2h where h belongs?",
+            h**d: f"not divided by {'h' if d == 1 else 'h^2'}?",
+            2 * h: "not divided by 2h?",
+        }
         known |= {h: "divided by h once, not twice?"} if d == 2 else {}
         hint = next((words for r, words in known.items() if abs(ratio / r - 1) < 1e-3), "is the spacing in it?")
     else:

@@ -16,7 +16,11 @@ from spectral_notes.checking.verdicts import Stop, Verdict, demand, judged, righ
 
 @judged
 def check_number(
-    answer: object, expected: float | str, *, within: float | None = None, law: str = "",
+    answer: object,
+    expected: float | str,
+    *,
+    within: float | None = None,
+    law: str = "",
     slips: dict[float, str] | None = None,
 ) -> Verdict:
     """Judge one number.
@@ -52,14 +56,20 @@ def check_number(
     if abs(given - value) <= tolerance:
         return right("The number is right.", law)
     for number, words in (slips or {}).items():
-        demand(not abs(given - number) <= tolerance, law, f"Your number is {given:.4g}. {words}")
-    return wrong(law, f"Your number is {given:.4g}.{slip(given, value)}")
+        demand(not abs(given - number) <= tolerance, f"Your number is {given:.4g}. {words}", law)
+    return wrong(f"Your number is {given:.4g}.{slip(given, value)}", law)
 
 
 @judged
 def check_values(
-    answer: object, expected: ArrayLike | str, *, within: float = 1e-5, law: str = "", either_sign: bool = False,
-    free_scale: bool = False, through: ArrayLike | None = None,
+    answer: object,
+    expected: ArrayLike | str,
+    *,
+    within: float = 1e-5,
+    law: str = "",
+    either_sign: bool = False,
+    free_scale: bool = False,
+    through: ArrayLike | None = None,
 ) -> Verdict:
     """Judge an array of numbers, entry by entry.
 
@@ -95,7 +105,7 @@ def check_values(
     unit = abs(value).max(initial=0.0) or 1.0
     if through is not None:
         matrix = np.asarray(through)
-        demand(given.any() or (matrix @ value).any(), law, "It is zero, which every matrix maps to zero.")
+        demand(given.any() or (matrix @ value).any(), "It is zero, which every matrix maps to zero.", law)
         unit = (abs(matrix) @ abs(given)).max()
         given, value = matrix @ given, matrix @ value
     compared = given
@@ -108,13 +118,17 @@ def check_values(
     if size <= within * unit:
         return right("Every value is right.", law)
     if through is not None:
-        return wrong(law, f"What the matrix makes of it differs by {size:.3g} at {place_of(difference)}.")
-    return wrong(law, f"It differs by {size:.3g} at {place_of(difference)}.{slip(given, value)}")
+        return wrong(f"What the matrix makes of it differs by {size:.3g} at {place_of(difference)}.", law)
+    return wrong(f"It differs by {size:.3g} at {place_of(difference)}.{slip(given, value)}", law)
 
 
 @judged
 def check_function(
-    answer: object, reference: Callable[..., Any], inputs: Iterable[Sequence[Any]], *, within: float = 1e-5,
+    answer: object,
+    reference: Callable[..., Any],
+    inputs: Iterable[Sequence[Any]],
+    *,
+    within: float = 1e-5,
     law: str = "",
 ) -> Verdict:
     """Judge a function by what it returns for test inputs.
@@ -145,7 +159,7 @@ def check_function(
     The law: the area of a square is its side squared.
     """
     if not callable(answer):
-        return wrong("the answer is a function", f"A {type(answer).__name__} came. Pass the function itself, uncalled.")
+        return wrong(f"A {type(answer).__name__} came. Pass the function itself, uncalled.", "the answer is a function")
     tests = list(inputs)
     for number, arguments in enumerate(tests, start=1):
         returned = call(answer, *copy.deepcopy(tuple(arguments)))
@@ -186,9 +200,9 @@ def check_labels(answer: object, expected: ArrayLike, *, agreement: float = 1.0,
         given = np.asarray(answer).ravel()
         parts, given = np.unique(given, return_inverse=True)
     except Exception:
-        return wrong("there is one label a sample", f"A {type(answer).__name__} cannot be read as labels.")
+        return wrong(f"A {type(answer).__name__} cannot be read as labels.", "there is one label a sample")
     one_each = "there is one label a sample"
-    demand(len(given) == len(value), one_each, f"{len(given)} labels came for {len(value)} samples.")
+    demand(len(given) == len(value), f"{len(given)} labels came for {len(value)} samples.", one_each)
     law = law or "the parts are those that the method finds"
     index = float(adjusted_rand_score(value, given))
     if index >= agreement - 1e-9:
@@ -196,7 +210,7 @@ def check_labels(answer: object, expected: ArrayLike, *, agreement: float = 1.0,
     wanted = len(np.unique(value))
     count = f" There are {len(parts)} parts where {wanted} are asked for." if len(parts) != wanted else ""
     message = f"The adjusted Rand index with the right parts is {index:.2f}; {agreement:.2f} is asked for."
-    return wrong(law, message + count)
+    return wrong(message + count, law)
 
 
 @judged
@@ -230,8 +244,8 @@ def check_choice(answer: object, expected: object, *, law: str = "", slips: dict
         return right("That is the right choice.", law)
     known = next((f" {words}" for choice, words in (slips or {}).items() if given == _words(choice)), "")
     if isinstance(answer, str | bool | int | np.bool_):
-        return wrong(law, f"{str(answer)[:60]!r} is not what the numbers say.{known}")
-    return wrong(law, f"This choice is not what the numbers say.{known}")
+        return wrong(f"{str(answer)[:60]!r} is not what the numbers say.{known}", law)
+    return wrong(f"This choice is not what the numbers say.{known}", law)
 
 
 def _words(choice: object) -> frozenset[str]:

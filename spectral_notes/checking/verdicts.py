@@ -88,15 +88,15 @@ def right(message: str, law: str = "") -> Verdict:
     return Verdict("right", message, law)
 
 
-def wrong(law: str, message: str) -> Verdict:
+def wrong(message: str, law: str) -> Verdict:
     """The verdict on an answer that breaks a law."""
     return Verdict("wrong", message, law)
 
 
-def demand(holds: object, law: str, message: str) -> None:
+def demand(holds: object, message: str, law: str) -> None:
     """End the check with a wrong verdict unless the law holds; NaN in a comparison counts as broken."""
     if not holds:
-        raise Stop(wrong(law, message))
+        raise Stop(wrong(message, law))
 
 
 def judged(check: Check[P]) -> Check[P]:

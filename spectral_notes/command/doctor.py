@@ -46,7 +46,6 @@ OPTIONAL = {
     "jupyterlab": "to run the notebooks: python -m pip install jupyterlab",
     "jupyter_book": "to render the book: python -m pip install -r requirements.txt",
     "cholespy": "faster factorizations of large meshes: python -m pip install cholespy",
-    "pooch": "to download classic meshes: python -m pip install pooch requests",
 }
 SCENE = "import json; from spectral_notes.command.doctor import render_scene; print(json.dumps(render_scene()))"
 

@@ -1,7 +1,6 @@
 """Reading and writing: meshes and clouds, arrays on them, eigenbases. Files are written whole or not at all."""
 
 from spectral_notes.files.arrays import write_arrays
-from spectral_notes.files.datasets import fetch_mesh
 from spectral_notes.files.eigenbasis_files import read_eigenbasis, read_problem, write_eigenbasis, write_problem
 from spectral_notes.files.mesh_files import FORMATS, read_mesh, read_shape, write_mesh
 
@@ -15,5 +14,4 @@ __all__ = [
     "read_problem",
     "write_eigenbasis",
     "read_eigenbasis",
-    "fetch_mesh",
 ]

@@ -128,7 +128,6 @@ RIGHT: list[tuple[str, Callable[[], ck.Verdict]]] = [
     ("mass: diagonal", lambda: ck.check_mass_matrix(M.diagonal(), BALL)),
     ("mass: full", lambda: ck.check_mass_matrix(HAT, BALL)),
     ("mass: any scale", lambda: ck.check_mass_matrix(7 * M, BALL, free_scale=True)),
-    ("gradient: dense in single precision", lambda: ck.check_gradient(G.toarray().astype(np.float32), BALL)),
     ("curvature: defects", lambda: ck.check_curvature(angle_defects(BALL)[:, None], BALL)),
     ("curvature: mean of the other sign", lambda: ck.check_curvature(-mean_curvature(BALL), BALL, kind="mean")),
     ("eigenbasis: the library's", lambda: ck.check_eigenbasis(ball_basis(6), L, M, 6)),
@@ -271,11 +270,6 @@ WRONG: list[Case] = [
     ("mass: negative", lambda: ck.check_mass_matrix(-M, BALL), "M is positive"),
     ("mass: lumped for full", lambda: ck.check_mass_matrix(M, BALL, kind="full"), "share of each vertex"),
     ("mass: no spacing", lambda: ck.check_mass_matrix(np.ones(21), np.diag(np.full(21, H))), "is the spacing in it"),
-    ("gradient: face by face", lambda: ck.check_gradient(G.toarray()[np.arange(960).reshape(3, 320).T.ravel()], BALL), "other order"),
-    ("gradient: sign", lambda: ck.check_gradient(-G, BALL), "sign is turned"),
-    ("gradient: leaves the face", lambda: ck.check_gradient(tilted(), BALL), "leaves its face"),
-    ("gradient: transposed", lambda: ck.check_gradient(G.T, BALL), "transposed"),
-    ("gradient: constants", lambda: ck.check_gradient(abs(G), BALL), "gradient of a constant"),
     ("curvature: degrees", lambda: ck.check_curvature(np.degrees(angle_defects(BALL)), BALL), "degrees"),
     ("curvature: angles", lambda: ck.check_curvature(2 * np.pi - angle_defects(BALL), BALL), "full turn"),
     ("curvature: not per area", lambda: ck.check_curvature(angle_defects(BALL), BALL, kind="gaussian"), "divide by the area"),
@@ -323,12 +317,6 @@ def of_part() -> np.ndarray:
     return cotan_laplacian(part)[0].toarray()
 
 
-def tilted() -> sp.csr_array:
-    """A gradient whose arrows lean out of their faces."""
-    lean = np.kron(scipy.linalg.expm([[0, 0.3, 0], [-0.3, 0, 0], [0, 0, 0]]), np.eye(BALL.n_faces))
-    return sp.csr_array(lean @ G)
-
-
 def largest_modes() -> tuple[np.ndarray, np.ndarray]:
     """The four modes at the wrong end of the list."""
     return scipy.linalg.eigh(L.toarray(), M.toarray(), subset_by_index=[158, 161])
@@ -371,7 +359,6 @@ CHECKS: dict[str, Callable[[object], ck.Verdict]] = {
     "difference": lambda a: ck.check_difference_matrix(a, X),
     "laplacian": lambda a: ck.check_laplacian(a, BALL),
     "mass": lambda a: ck.check_mass_matrix(a, BALL),
-    "gradient": lambda a: ck.check_gradient(a, shapes.sphere(0)),
     "curvature": lambda a: ck.check_curvature(a, BALL),
     "eigenbasis": lambda a: ck.check_eigenbasis(a, *map(sp.csr_array, small()), 3),
     "coefficients": lambda a: ck.check_coefficients(a, B, SIGNAL),
