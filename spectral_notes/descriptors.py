@@ -22,13 +22,11 @@ def unit_area(basis: Eigenbasis) -> Eigenbasis:
 
     Parameters
     ----------
-    basis : Eigenbasis
-        The modes of a surface.
+    basis : the modes of a surface
 
     Returns
     -------
-    Eigenbasis
-        As if computed from the scaled surface, without computing.
+    As if computed from the scaled surface, without computing.
 
     Examples
     --------
@@ -51,18 +49,11 @@ def global_point_signature(basis: Eigenbasis) -> FloatArray:
 
     Parameters
     ----------
-    basis : Eigenbasis
-        The modes of a surface.
+    basis : the modes of a surface
 
     Returns
     -------
-    ndarray, shape (n, k - number of zero modes)
-        Without unit.
-
-    Raises
-    ------
-    ValueError
-        If no eigenvalue differs from zero.
+    (n, k - number of zero modes): without unit. Raises ValueError if no eigenvalue differs from zero.
 
     Examples
     --------
@@ -86,20 +77,13 @@ def shape_dna(basis: Eigenbasis, *, scale: str = "area") -> FloatArray:
 
     Parameters
     ----------
-    basis : Eigenbasis
-        The modes of a surface.
-    scale : {"area", "first", "none"}
-        What takes the scale out.
+    basis : the modes of a surface
+    scale : {"area", "first", "none"}, what takes the scale out
 
     Returns
     -------
-    ndarray, shape (k - number of zero modes,)
-        Without unit; for "none" in 1 / squared units of the vertices.
-
-    Raises
-    ------
-    ValueError
-        If the scale is none of these, or no eigenvalue differs from zero.
+    (k - number of zero modes,): without unit; for "none" in 1 / squared units of the vertices. Raises ValueError if the
+    scale is none of these, or no eigenvalue differs from zero.
 
     Examples
     --------
@@ -125,18 +109,12 @@ def spectral_distances(spectra: ArrayLike) -> FloatArray:
 
     Parameters
     ----------
-    spectra : array_like, shape (s, p)
-        One spectrum a row, positive; see `shape_dna`.
+    spectra : (s, p), one spectrum a row, positive; see `shape_dna`
 
     Returns
     -------
-    ndarray, shape (s, s)
-        Symmetric, zero on the diagonal, without unit: 0.01 means eigenvalues that differ by one percent.
-
-    Raises
-    ------
-    TypeError, ValueError
-        If a number is not positive.
+    (s, s): symmetric, zero on the diagonal, without unit: 0.01 means eigenvalues that differ by one percent. Raises
+    TypeError or ValueError if a number is not positive.
 
     Examples
     --------
@@ -160,20 +138,13 @@ def heat_kernel_signature(basis: Eigenbasis, times: ArrayLike) -> FloatArray:
 
     Parameters
     ----------
-    basis : Eigenbasis
-        The modes.
-    times : array_like, shape (p,)
-        Times, positive, in squared units of the vertices; `signature_times` chooses them.
+    basis : the modes
+    times : (p,), times, positive, in squared units of the vertices; `signature_times` chooses them
 
     Returns
     -------
-    ndarray, shape (n, p)
-        Pointwise, in 1 / squared units of the vertices; tends to 1 / area at long times.
-
-    Raises
-    ------
-    TypeError, ValueError
-        If a time is not a positive number.
+    (n, p): pointwise, in 1 / squared units of the vertices; tends to 1 / area at long times. Raises TypeError or
+    ValueError if a time is not a positive number.
 
     Examples
     --------
@@ -201,20 +172,13 @@ def signature_times(basis: Eigenbasis, n_times: int = 16) -> FloatArray:
 
     Parameters
     ----------
-    basis : Eigenbasis
-        The modes.
-    n_times : int
-        How many, at least 2.
+    basis : the modes
+    n_times : how many, at least 2
 
     Returns
     -------
-    ndarray, shape (n_times,)
-        In squared units of the vertices.
-
-    Raises
-    ------
-    TypeError, ValueError
-        If n_times is below 2, or fewer than two eigenvalues differ from zero.
+    (n_times,): in squared units of the vertices. Raises TypeError or ValueError if n_times is below 2, or fewer than
+    two eigenvalues differ from zero.
 
     Examples
     --------
@@ -241,22 +205,15 @@ def wave_kernel_signature(basis: Eigenbasis, energies: ArrayLike, width: float) 
 
     Parameters
     ----------
-    basis : Eigenbasis
-        The modes.
-    energies : array_like, shape (p,), p >= 2
-        Logarithms of eigenvalues, ascending; `signature_energies` chooses them, and the width.
-    width : float
-        Standard deviation in e, above 0.
+    basis : the modes
+    energies : (p,) array_like, p >= 2, logarithms of eigenvalues, ascending; `signature_energies` chooses them, and the
+        width
+    width : standard deviation in e, above 0
 
     Returns
     -------
-    ndarray, shape (n, p)
-        Pointwise, in 1 / squared units of the vertices; each column integrates to one.
-
-    Raises
-    ------
-    TypeError, ValueError
-        If energies do not increase, the width is not positive, or fewer than two eigenvalues differ from zero.
+    (n, p): pointwise, in 1 / squared units of the vertices; each column integrates to one. Raises TypeError or
+    ValueError if energies do not increase, the width is not positive, or fewer than two eigenvalues differ from zero.
 
     Examples
     --------
@@ -285,22 +242,13 @@ def signature_energies(basis: Eigenbasis, n_energies: int = 100) -> tuple[FloatA
 
     Parameters
     ----------
-    basis : Eigenbasis
-        The modes.
-    n_energies : int
-        How many, at least 2.
+    basis : the modes
+    n_energies : how many, at least 2
 
     Returns
     -------
-    energies : ndarray, shape (n_energies,)
-        Logarithms of eigenvalues.
-    width : float
-        In the same unit.
-
-    Raises
-    ------
-    TypeError, ValueError
-        If n_energies is below 2, or fewer than two eigenvalues differ from zero.
+    energies (n_energies,): logarithms of eigenvalues; width: in the same unit. Raises TypeError or ValueError if
+    n_energies is below 2, or fewer than two eigenvalues differ from zero.
 
     Examples
     --------
@@ -323,20 +271,12 @@ def first_nonzero(basis: Eigenbasis, n_wanted: int) -> int:
 
     Parameters
     ----------
-    basis : Eigenbasis
-        The modes.
-    n_wanted : int
-        How many nonzero ones are needed.
+    basis : the modes
+    n_wanted : how many nonzero ones are needed
 
     Returns
     -------
-    int
-        The number of zero modes.
-
-    Raises
-    ------
-    ValueError
-        If fewer than `n_wanted` modes follow the zero modes.
+    The number of zero modes. Raises ValueError if fewer than `n_wanted` modes follow the zero modes.
 
     Examples
     --------

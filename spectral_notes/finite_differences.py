@@ -32,24 +32,14 @@ def difference_grid(n: int, length: float = 1.0, *, ends: str) -> tuple[FloatArr
 
     Parameters
     ----------
-    n : int
-        Number of samples, at least 2.
-    length : float
-        Length of the interval, or of the circle's circumference, greater than 0.
-    ends : {"periodic", "dirichlet", "neumann"}
-        What lies beyond the first and the last sample.
+    n : number of samples, at least 2
+    length : length of the interval, or of the circle's circumference, greater than 0
+    ends : {"periodic", "dirichlet", "neumann"}, what lies beyond the first and the last sample
 
     Returns
     -------
-    x : (n,) array
-        The sample points, in the units of `length`.
-    h : float
-        The distance between neighbours.
-
-    Raises
-    ------
-    TypeError, ValueError
-        If `n`, `length` or `ends` is not as described.
+    x (n,) array: the sample points, in the units of `length`; h: the distance between neighbours. Raises TypeError or
+    ValueError if `n`, `length` or `ends` is not as described.
 
     Examples
     --------
@@ -75,22 +65,14 @@ def forward_difference(n: int, h: float = 1.0, *, ends: str) -> sp.csr_array:
 
     Parameters
     ----------
-    n : int
-        Number of samples, at least 2.
-    h : float
-        Sample spacing, greater than 0, in units of x.
-    ends : {"periodic", "dirichlet", "neumann"}
-        What lies beyond the first and the last sample.
+    n : number of samples, at least 2
+    h : sample spacing, greater than 0, in units of x
+    ends : {"periodic", "dirichlet", "neumann"}, what lies beyond the first and the last sample
 
     Returns
     -------
-    (m, n) csr_array
-        m = n for periodic, n + 1 for dirichlet, n - 1 for neumann ends; pointwise, in units of 1/h.
-
-    Raises
-    ------
-    TypeError, ValueError
-        If `n`, `h` or `ends` is not as described.
+    (m, n) csr_array: m = n for periodic, n + 1 for dirichlet, n - 1 for neumann ends; pointwise, in units of 1/h.
+    Raises TypeError or ValueError if `n`, `h` or `ends` is not as described.
 
     Examples
     --------
@@ -116,22 +98,14 @@ def central_difference(n: int, h: float = 1.0, *, ends: str) -> sp.csr_array:
 
     Parameters
     ----------
-    n : int
-        Number of samples, at least 3.
-    h : float
-        Sample spacing, greater than 0, in units of x.
-    ends : {"one-sided", "periodic"}
-        How the first and the last row are made.
+    n : number of samples, at least 3
+    h : sample spacing, greater than 0, in units of x
+    ends : {"one-sided", "periodic"}, how the first and the last row are made
 
     Returns
     -------
-    (n, n) csr_array
-        Pointwise derivative, in units of 1/h. Antisymmetric for periodic ends.
-
-    Raises
-    ------
-    TypeError, ValueError
-        If `n`, `h` or `ends` is not as described.
+    (n, n) csr_array: pointwise derivative, in units of 1/h. Antisymmetric for periodic ends. Raises TypeError or
+    ValueError if `n`, `h` or `ends` is not as described.
 
     Examples
     --------
@@ -159,22 +133,14 @@ def second_difference(n: int, h: float = 1.0, *, ends: str) -> sp.csr_array:
 
     Parameters
     ----------
-    n : int
-        Number of samples, at least 2.
-    h : float
-        Sample spacing, greater than 0, in units of x.
-    ends : {"periodic", "dirichlet", "neumann"}
-        What lies beyond the first and the last sample.
+    n : number of samples, at least 2
+    h : sample spacing, greater than 0, in units of x
+    ends : {"periodic", "dirichlet", "neumann"}, what lies beyond the first and the last sample
 
     Returns
     -------
-    (n, n) csr_array
-        Pointwise -d^2/dx^2, in units of 1/h^2. (The weak form is h L, with mass matrix h I.)
-
-    Raises
-    ------
-    TypeError, ValueError
-        If `n`, `h` or `ends` is not as described.
+    (n, n) csr_array: pointwise -d^2/dx^2, in units of 1/h^2. (The weak form is h L, with mass matrix h I.). Raises
+    TypeError or ValueError if `n`, `h` or `ends` is not as described.
 
     Examples
     --------
@@ -197,25 +163,15 @@ def second_difference_modes(n: int, h: float = 1.0, *, ends: str) -> tuple[Float
 
     Parameters
     ----------
-    n : int
-        Number of samples, at least 2.
-    h : float
-        Sample spacing, greater than 0, in units of x.
-    ends : {"periodic", "dirichlet", "neumann"}
-        What lies beyond the first and the last sample.
+    n : number of samples, at least 2
+    h : sample spacing, greater than 0, in units of x
+    ends : {"periodic", "dirichlet", "neumann"}, what lies beyond the first and the last sample
 
     Returns
     -------
-    evals : (n,) array
-        Eigenvalues, at least 0, in units of 1/h^2.
-    evecs : (n, n) array
-        Column j belongs to evals[j]; evecs.T @ evecs is the identity. For periodic ends the cosine comes before the
-        sine of the same frequency.
-
-    Raises
-    ------
-    TypeError, ValueError
-        If `n`, `h` or `ends` is not as described.
+    evals (n,) array: eigenvalues, at least 0, in units of 1/h^2; evecs (n, n) array: column j belongs to evals[j];
+    evecs.T @ evecs is the identity. For periodic ends the cosine comes before the sine of the same frequency. Raises
+    TypeError or ValueError if `n`, `h` or `ends` is not as described.
 
     Examples
     --------
@@ -251,22 +207,14 @@ def spectral_derivative(f: ArrayLike, length: float, *, order: int = 1) -> Float
 
     Parameters
     ----------
-    f : (n,) array
-        Samples at x_i = i length / n.
-    length : float
-        The period, greater than 0, in units of x.
-    order : int
-        Which derivative, at least 0.
+    f : (n,) array, samples at x_i = i length / n
+    length : the period, greater than 0, in units of x
+    order : which derivative, at least 0
 
     Returns
     -------
-    (n,) array
-        Pointwise values of the derivative at the same samples.
-
-    Raises
-    ------
-    TypeError, ValueError
-        If `f`, `length` or `order` is not as described.
+    (n,) array: pointwise values of the derivative at the same samples. Raises TypeError or ValueError if `f`, `length`
+    or `order` is not as described.
 
     Examples
     --------

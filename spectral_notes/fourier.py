@@ -25,18 +25,12 @@ def fourier_matrices(n: int) -> tuple[FloatArray, FloatArray]:
 
     Parameters
     ----------
-    n : int
-        Number of samples, at least 1.
+    n : number of samples, at least 1
 
     Returns
     -------
-    psi, chi : (n, n) arrays
-        Row k oscillates k times round the circle (n - k times, for k above n / 2).
-
-    Raises
-    ------
-    TypeError, ValueError
-        If `n` is not an integer of at least 1.
+    psi, chi (n, n) arrays: row k oscillates k times round the circle (n - k times, for k above n / 2). Raises TypeError
+    or ValueError if `n` is not an integer of at least 1.
 
     Examples
     --------
@@ -65,20 +59,13 @@ def fourier_basis(n: int) -> tuple[FloatArray, IntArray]:
 
     Parameters
     ----------
-    n : int
-        Number of samples, at least 1.
+    n : number of samples, at least 1
 
     Returns
     -------
-    Q : (n, n) array
-        The waves as columns of length 1: analyze with c = Q.T @ f, synthesize with f = Q @ c.
-    frequencies : (n,) int array
-        Oscillations round the circle of each column: 0, 1, 1, 2, 2, ...
-
-    Raises
-    ------
-    TypeError, ValueError
-        If `n` is not an integer of at least 1.
+    Q (n, n) array: the waves as columns of length 1: analyze with c = Q.T @ f, synthesize with f = Q @ c; frequencies
+    (n,) int array: oscillations round the circle of each column: 0, 1, 1, 2, 2,. Raises TypeError or ValueError if `n`
+    is not an integer of at least 1.
 
     Examples
     --------
@@ -108,18 +95,12 @@ def dft_by_definition(f: ArrayLike) -> tuple[FloatArray, FloatArray]:
 
     Parameters
     ----------
-    f : (n,) array
-        Real samples, equally spaced round a circle.
+    f : (n,) array, real samples, equally spaced round a circle
 
     Returns
     -------
-    a, b : (n,) arrays
-        Coefficients in the units of `f`; a[0] is the mean, and b[0] is 0.
-
-    Raises
-    ------
-    TypeError, ValueError
-        If `f` is not a one-dimensional array of finite real numbers, or is empty.
+    a, b (n,) arrays: coefficients in the units of `f`; a[0] is the mean, and b[0] is 0. Raises TypeError or ValueError
+    if `f` is not a one-dimensional array of finite real numbers, or is empty.
 
     Examples
     --------
@@ -149,18 +130,12 @@ def dft_by_matrices(f: ArrayLike) -> tuple[FloatArray, FloatArray]:
 
     Parameters
     ----------
-    f : (n,) array
-        Real samples, equally spaced round a circle.
+    f : (n,) array, real samples, equally spaced round a circle
 
     Returns
     -------
-    a, b : (n,) arrays
-        Cosine and sine coefficients in the units of `f`.
-
-    Raises
-    ------
-    TypeError, ValueError
-        If `f` is not a one-dimensional array of finite real numbers, or is empty.
+    a, b (n,) arrays: cosine and sine coefficients in the units of `f`. Raises TypeError or ValueError if `f` is not a
+    one-dimensional array of finite real numbers, or is empty.
 
     Examples
     --------
@@ -184,18 +159,12 @@ def dft_by_fft(f: ArrayLike) -> tuple[FloatArray, FloatArray]:
 
     Parameters
     ----------
-    f : (n,) array
-        Real samples, equally spaced round a circle.
+    f : (n,) array, real samples, equally spaced round a circle
 
     Returns
     -------
-    a, b : (n,) arrays
-        Cosine and sine coefficients in the units of `f`.
-
-    Raises
-    ------
-    TypeError, ValueError
-        If `f` is not a one-dimensional array of finite real numbers, or is empty.
+    a, b (n,) arrays: cosine and sine coefficients in the units of `f`. Raises TypeError or ValueError if `f` is not a
+    one-dimensional array of finite real numbers, or is empty.
 
     Examples
     --------
@@ -216,19 +185,13 @@ def synthesize_series(a: ArrayLike, b: ArrayLike) -> FloatArray:
 
     Parameters
     ----------
-    a, b : (n,) arrays
-        Cosine and sine coefficients as any of the three transforms returns them.
+    a, b : (n,) arrays, cosine and sine coefficients as any of the three transforms returns them
 
     Returns
     -------
-    f : (n,) array
-        The samples whose coefficients are `a` and `b`.
-
-    Raises
-    ------
-    TypeError, ValueError
-        If `a` and `b` are not two arrays of finite real numbers of one length, or break the symmetry
-        a[n - k] = a[k], b[n - k] = -b[k] that real signals have.
+    f (n,) array: the samples whose coefficients are `a` and `b`. Raises TypeError or ValueError if `a` and `b` are not
+    two arrays of finite real numbers of one length, or break the symmetry a[n - k] = a[k], b[n - k] = -b[k] that real
+    signals have.
 
     Examples
     --------
@@ -249,18 +212,12 @@ def real_coefficients(F: ArrayLike) -> tuple[FloatArray, FloatArray]:
 
     Parameters
     ----------
-    F : (n,) complex array
-        Coefficients in the scaling of `numpy.fft.fft`, with F[n - k] the conjugate of F[k].
+    F : (n,) complex array, coefficients in the scaling of `numpy.fft.fft`, with F[n - k] the conjugate of F[k]
 
     Returns
     -------
-    a, b : (n,) arrays
-        Cosine and sine coefficients in the units of the signal.
-
-    Raises
-    ------
-    TypeError, ValueError
-        If `F` is not a one-dimensional array of finite numbers, is empty, or does not belong to a real signal.
+    a, b (n,) arrays: cosine and sine coefficients in the units of the signal. Raises TypeError or ValueError if `F` is
+    not a one-dimensional array of finite numbers, is empty, or does not belong to a real signal.
 
     Examples
     --------
@@ -289,18 +246,12 @@ def half_coefficients(a: ArrayLike, b: ArrayLike) -> tuple[FloatArray, FloatArra
 
     Parameters
     ----------
-    a, b : (n,) arrays
-        Cosine and sine coefficients of a real signal.
+    a, b : (n,) arrays, cosine and sine coefficients of a real signal
 
     Returns
     -------
-    A, B : (n // 2 + 1,) arrays
-        Amplitudes in the units of the signal: 3 cos(5 t) has A[5] = 3.
-
-    Raises
-    ------
-    TypeError, ValueError
-        As `synthesize_series`.
+    A, B (n // 2 + 1,) arrays: amplitudes in the units of the signal: 3 cos(5 t) has A[5] = 3. Raises TypeError or
+    ValueError as `synthesize_series`.
 
     Examples
     --------
@@ -322,20 +273,14 @@ def keep_first(c: ArrayLike, k: int) -> FloatArray:
 
     Parameters
     ----------
-    c : (n,) array
-        Coefficients, lowest frequency first.
-    k : int
-        How many to keep, 0 .. n. In the Fourier basis an odd `k` keeps cosines and sines in whole pairs.
+    c : (n,) array, coefficients, lowest frequency first
+    k : how many to keep, 0 .. n. In the Fourier basis an odd `k` keeps cosines and sines in whole pairs.
 
     Returns
     -------
-    kept : (n,) array
-        A new array. In an orthonormal basis the squared error of the synthesis is the sum of the dropped squares.
-
-    Raises
-    ------
-    TypeError, ValueError
-        If `c` is not a one-dimensional array of finite real numbers or is empty, or `k` lies outside 0 .. n.
+    kept (n,) array: a new array. In an orthonormal basis the squared error of the synthesis is the sum of the dropped
+    squares. Raises TypeError or ValueError if `c` is not a one-dimensional array of finite real numbers or is empty, or
+    `k` lies outside 0 .. n.
 
     Examples
     --------
@@ -358,20 +303,13 @@ def keep_largest(c: ArrayLike, k: int) -> FloatArray:
 
     Parameters
     ----------
-    c : (n,) array
-        Coefficients in an orthonormal basis.
-    k : int
-        How many to keep, 0 .. n.
+    c : (n,) array, coefficients in an orthonormal basis
+    k : how many to keep, 0 .. n.
 
     Returns
     -------
-    kept : (n,) array
-        A new array, each kept coefficient in its place.
-
-    Raises
-    ------
-    TypeError, ValueError
-        If `c` is not a one-dimensional array of finite real numbers or is empty, or `k` lies outside 0 .. n.
+    kept (n,) array: a new array, each kept coefficient in its place. Raises TypeError or ValueError if `c` is not a
+    one-dimensional array of finite real numbers or is empty, or `k` lies outside 0 .. n.
 
     Examples
     --------

@@ -25,11 +25,8 @@ def interval_grid(n: int, start: float = 0.0, stop: float = 1.0) -> FloatArray:
 
     Returns
     -------
-    x : (n,) increasing, spacing h = (stop - start) / (n - 1)
-
-    Raises
-    ------
-    TypeError, ValueError : n is no integer or below 2; start or stop is no number; stop is not above start.
+    x (n,) increasing, spacing h = (stop - start) / (n - 1). Raises TypeError or ValueError if n is no integer or below
+    2; start or stop is no number; stop is not above start.
 
     Examples
     --------
@@ -52,11 +49,8 @@ def gaussian(x: ArrayLike, centre: float, width: float) -> FloatArray:
 
     Returns
     -------
-    values : (n,) pointwise, positive
-
-    Raises
-    ------
-    TypeError, ValueError : x is no array of numbers; centre or width is no number; width is not positive.
+    values (n,) pointwise, positive. Raises TypeError or ValueError if x is no array of numbers; centre or width is no
+    number; width is not positive.
 
     Examples
     --------
@@ -81,11 +75,8 @@ def trapezoid_weights(x: ArrayLike) -> FloatArray:
 
     Returns
     -------
-    w : (n,) positive, in the unit of x
-
-    Raises
-    ------
-    TypeError, ValueError : x is no array of numbers, has fewer than two points, or does not increase strictly.
+    w (n,) positive, in the unit of x. Raises TypeError or ValueError if x is no array of numbers, has fewer than two
+    points, or does not increase strictly.
 
     Examples
     --------
@@ -107,11 +98,8 @@ def hat_functions(x: ArrayLike, t: ArrayLike) -> FloatArray:
 
     Returns
     -------
-    B : (m, n) between 0 and 1; rows sum to one inside the grid, and B @ f is the piecewise-linear function through f
-
-    Raises
-    ------
-    TypeError, ValueError : as `trapezoid_weights`, and t is no array of numbers.
+    B (m, n) between 0 and 1; rows sum to one inside the grid, and B @ f is the piecewise-linear function through f.
+    Raises TypeError or ValueError if as `trapezoid_weights`, and t is no array of numbers.
 
     Examples
     --------
@@ -135,11 +123,7 @@ def hat_mass(x: ArrayLike) -> sp.csr_array:
 
     Returns
     -------
-    M : (n, n) csr_array, integrated
-
-    Raises
-    ------
-    TypeError, ValueError : as `trapezoid_weights`.
+    M (n, n) csr_array, integrated. Raises TypeError or ValueError if as `trapezoid_weights`.
 
     Examples
     --------
@@ -161,11 +145,8 @@ def inner_product(f: ArrayLike, g: ArrayLike, M: object) -> float:
 
     Returns
     -------
-    product : integrated, in the unit of f times that of g times that of x
-
-    Raises
-    ------
-    TypeError, ValueError : M is no real symmetric matrix; f or g does not have shape (n,).
+    product integrated, in the unit of f times that of g times that of x. Raises TypeError or ValueError if M is no real
+    symmetric matrix; f or g does not have shape (n,).
 
     Examples
     --------
@@ -187,11 +168,8 @@ def norm(f: ArrayLike, M: object) -> float:
 
     Returns
     -------
-    length : root of an integral; the root-mean-square of f times the root of the domain's length
-
-    Raises
-    ------
-    TypeError, ValueError : as `inner_product`.
+    length root of an integral; the root-mean-square of f times the root of the domain's length. Raises TypeError or
+    ValueError if as `inner_product`.
 
     Examples
     --------
@@ -214,11 +192,8 @@ def best_coefficients(f: ArrayLike, B: ArrayLike, M: object) -> FloatArray:
 
     Returns
     -------
-    c : (k,) coefficients; B @ c is the best approximation of f in the norm of M
-
-    Raises
-    ------
-    TypeError, ValueError : M is no real symmetric matrix; f or B has another number of rows; dependent columns.
+    c (k,) coefficients; B @ c is the best approximation of f in the norm of M. Raises TypeError or ValueError if M is
+    no real symmetric matrix; f or B has another number of rows; dependent columns.
 
     Examples
     --------
@@ -244,11 +219,8 @@ def orthonormalize(B: ArrayLike, M: object) -> FloatArray:
 
     Returns
     -------
-    Q : (n, k) M-orthonormal columns, each with a positive M-product with its column of B
-
-    Raises
-    ------
-    TypeError, ValueError : M is no real symmetric matrix; B has another number of rows; dependent columns.
+    Q (n, k) M-orthonormal columns, each with a positive M-product with its column of B. Raises TypeError or ValueError
+    if M is no real symmetric matrix; B has another number of rows; dependent columns.
 
     Examples
     --------
@@ -301,11 +273,8 @@ def balmer_lines(count: int = 4) -> FloatArray:
 
     Returns
     -------
-    wavelengths : (count,) in nm, in vacuum, all above the limit 4 / R
-
-    Raises
-    ------
-    TypeError, ValueError : count is no integer or below 1.
+    wavelengths (count,) in nm, in vacuum, all above the limit 4 / R. Raises TypeError or ValueError if count is no
+    integer or below 1.
 
     Examples
     --------
@@ -332,11 +301,8 @@ def line_spectrum(wavelengths: ArrayLike, lines: ArrayLike, powers: ArrayLike, w
 
     Returns
     -------
-    spectrum : (n,) pointwise, W/nm
-
-    Raises
-    ------
-    TypeError, ValueError : an array holds no numbers or has the wrong shape; width is not positive.
+    spectrum (n,) pointwise, W/nm. Raises TypeError or ValueError if an array holds no numbers or has the wrong shape;
+    width is not positive.
 
     Examples
     --------
@@ -362,11 +328,8 @@ def blackbody_spectrum(wavelengths: ArrayLike, temperature: float) -> FloatArray
 
     Returns
     -------
-    spectrum : (n,) pointwise, W / (m^2 sr nm); its top lies at 2.8978e6 nm K / T (Wien)
-
-    Raises
-    ------
-    TypeError, ValueError : wavelengths hold no numbers or not only positive ones; temperature is not positive.
+    spectrum (n,) pointwise, W / (m^2 sr nm); its top lies at 2.8978e6 nm K / T (Wien). Raises TypeError or ValueError
+    if wavelengths hold no numbers or not only positive ones; temperature is not positive.
 
     Examples
     --------
@@ -395,11 +358,8 @@ def colour_matching(wavelengths: ArrayLike) -> FloatArray:
 
     Returns
     -------
-    C : (3, n) pointwise; an invertible mix of the sensitivities of the eye's three kinds of cones
-
-    Raises
-    ------
-    TypeError, ValueError : wavelengths hold no numbers.
+    C (3, n) pointwise; an invertible mix of the sensitivities of the eye's three kinds of cones. Raises TypeError or
+    ValueError if wavelengths hold no numbers.
 
     Examples
     --------
@@ -428,11 +388,8 @@ def spectrum_to_xyz(spectrum: ArrayLike, wavelengths: ArrayLike) -> FloatArray:
 
     Returns
     -------
-    xyz : (3,) integrated by the trapezoid weights; Y is the luminance up to a unit
-
-    Raises
-    ------
-    TypeError, ValueError : an array holds no numbers or has the wrong shape; wavelengths do not increase strictly.
+    xyz (3,) integrated by the trapezoid weights; Y is the luminance up to a unit. Raises TypeError or ValueError if an
+    array holds no numbers or has the wrong shape; wavelengths do not increase strictly.
 
     Examples
     --------
@@ -457,11 +414,7 @@ def xyz_to_srgb(xyz: ArrayLike) -> FloatArray:
 
     Returns
     -------
-    rgb : (3,) as matplotlib takes it
-
-    Raises
-    ------
-    TypeError, ValueError : xyz is not three numbers.
+    rgb (3,) as matplotlib takes it. Raises TypeError or ValueError if xyz is not three numbers.
 
     Examples
     --------
@@ -490,12 +443,9 @@ def metamer(spectrum: ArrayLike, wavelengths: ArrayLike, direction: ArrayLike) -
 
     Returns
     -------
-    other : (n,) non-negative; spectrum_to_xyz gives the same three numbers up to roundoff
-
-    Raises
-    ------
-    TypeError, ValueError : an array holds no numbers or has the wrong shape; wavelengths do not increase strictly;
-        spectrum is not positive; direction is a combination of the matching functions.
+    other (n,) non-negative; spectrum_to_xyz gives the same three numbers up to roundoff. Raises TypeError or ValueError
+    if an array holds no numbers or has the wrong shape; wavelengths do not increase strictly; spectrum is not positive;
+    direction is a combination of the matching functions.
 
     Examples
     --------

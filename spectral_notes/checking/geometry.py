@@ -20,18 +20,14 @@ def check_curvature(answer: object, mesh: TriangleMesh, *, kind: str = "defect")
 
     Parameters
     ----------
-    answer : object
-        One number a vertex.
-    mesh : TriangleMesh
-        The mesh.
-    kind : {"defect", "gaussian", "mean"}
-        The angle defect (integrated), the Gaussian curvature (pointwise), or the mean curvature (pointwise, of either
-        sign).
+    answer : one number a vertex
+    mesh : the mesh
+    kind : {"defect", "gaussian", "mean"}, the angle defect (integrated), the Gaussian curvature (pointwise), or the
+        mean curvature (pointwise, of either sign)
 
     Returns
     -------
-    Verdict
-        Right if every value is.
+    Verdict: right if every value is.
 
     Examples
     --------

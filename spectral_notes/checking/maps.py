@@ -24,19 +24,14 @@ def check_functional_map(
 
     Parameters
     ----------
-    answer : object
-        The matrix.
-    basis_1, basis_2 : Eigenbasis
-        The bases it is written in.
-    p2p_21 : (n2,) int array
-        The point map: the vertex of 1 for each vertex of 2.
-    within : float
-        How far off an entry may be; entries of a good map are at most about 1.
+    answer : the matrix
+    basis_1, basis_2 : the bases it is written in
+    p2p_21 : (n2,) int array, the point map: the vertex of 1 for each vertex of 2
+    within : how far off an entry may be; entries of a good map are at most about 1
 
     Returns
     -------
-    Verdict
-        Right if C_12 = evecs_2^T M_2 evecs_1[p2p_21].
+    Verdict: right if C_12 = evecs_2^T M_2 evecs_1[p2p_21].
 
     Examples
     --------
@@ -96,23 +91,16 @@ def check_point_map(
 
     Parameters
     ----------
-    answer : object
-        n2 indices, or an (n2, n1) matrix with one 1 a row.
-    truth : (n2,) int array
-        The right map.
-    n_1 : int
-        The number of vertices of shape 1.
-    also : (n2,) int array, optional
-        A second map that is as good: the left-right mirror image of an intrinsic method.
-    distances : (n1, n1) array, optional
-        Distances on shape 1; without them a vertex counts as right or wrong.
-    within : float
-        The mean distance to the truth that is allowed; without distances, the share of wrong vertices.
+    answer : n2 indices, or an (n2, n1) matrix with one 1 a row
+    truth : (n2,) int array, the right map
+    n_1 : the number of vertices of shape 1
+    also : (n2,) int array, a second map that is as good: the left-right mirror image of an intrinsic method
+    distances : (n1, n1) array, distances on shape 1; without them a vertex counts as right or wrong
+    within : the mean distance to the truth that is allowed; without distances, the share of wrong vertices
 
     Returns
     -------
-    Verdict
-        Right if the map is near enough to one of the two.
+    Verdict: right if the map is near enough to one of the two.
 
     Examples
     --------

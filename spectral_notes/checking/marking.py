@@ -20,19 +20,14 @@ def check_result(
 
     Parameters
     ----------
-    answer : object
-        The student's function; it is called with copies of the inputs, and may raise.
-    inputs : sequence
-        The arguments of the call.
-    check : callable
-        The check that judges what came back.
-    *args, **options
-        What the check is told besides.
+    answer : the student's function; it is called with copies of the inputs, and may raise
+    inputs : sequence, the arguments of the call
+    check : the check that judges what came back
+    *args, **options : what the check is told besides
 
     Returns
     -------
-    Verdict
-        The verdict of the check; a function that raises is wrong, one that returns None was not attempted.
+    Verdict: the verdict of the check; a function that raises is wrong, one that returns None was not attempted.
 
     Examples
     --------
@@ -57,15 +52,12 @@ class Marks:
 
     Parameters
     ----------
-    verdicts : sequence of Verdict
-        One or more; what was not attempted earns nothing.
-    points : float
-        What the exercise is worth, above zero.
+    verdicts : sequence of Verdict, one or more; what was not attempted earns nothing
+    points : what the exercise is worth, above zero
 
     Raises
     ------
-    ValueError
-        If there is no verdict, or the points are not positive.
+    ValueError if there is no verdict, or the points are not positive.
 
     Examples
     --------

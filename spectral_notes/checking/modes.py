@@ -24,17 +24,13 @@ def check_eigenbasis(answer: object, L: Any, M: Any, k: int) -> Verdict:
 
     Parameters
     ----------
-    answer : object
-        An `Eigenbasis`, or the pair (evals, evecs) with one mode a column.
-    L, M : (n, n) matrices
-        The weak Laplacian, positive semidefinite, and the mass.
-    k : int
-        How many modes are asked for.
+    answer : an `Eigenbasis`, or the pair (evals, evecs) with one mode a column
+    L, M : (n, n) matrices, the weak Laplacian, positive semidefinite, and the mass
+    k : how many modes are asked for
 
     Returns
     -------
-    Verdict
-        Right if the modes are orthonormal in M, solve the equation, and none is missing.
+    Verdict: right if the modes are orthonormal in M, solve the equation, and none is missing.
 
     Examples
     --------
@@ -157,17 +153,13 @@ def check_coefficients(answer: object, basis: Eigenbasis, f: ArrayLike) -> Verdi
 
     Parameters
     ----------
-    answer : object
-        The coefficients, (k,) or (k, d); or a function of f that returns them.
-    basis : Eigenbasis
-        The basis.
-    f : (n,) or (n, d) array
-        The signal.
+    answer : the coefficients, (k,) or (k, d); or a function of f that returns them
+    basis : the basis
+    f : (n,) or (n, d) array, the signal
 
     Returns
     -------
-    Verdict
-        Right if the coefficients are.
+    Verdict: right if the coefficients are.
 
     Examples
     --------
@@ -208,19 +200,14 @@ def check_embedding(answer: object, basis: Eigenbasis, n_dims: int, *, weights: 
 
     Parameters
     ----------
-    answer : object
-        An (n, n_dims) array.
-    basis : Eigenbasis
-        At least n_dims + 1 modes of a connected domain; a few more, so that repeated eigenspaces are whole.
-    n_dims : int
-        The dimension.
-    weights : {"gps", "none"}
-        Each mode divided by the square root of its eigenvalue, or left alone.
+    answer : an (n, n_dims) array
+    basis : at least n_dims + 1 modes of a connected domain; a few more, so that repeated eigenspaces are whole
+    n_dims : the dimension
+    weights : {"gps", "none"}, each mode divided by the square root of its eigenvalue, or left alone
 
     Returns
     -------
-    Verdict
-        Right if the coordinates are.
+    Verdict: right if the coordinates are.
 
     Examples
     --------

@@ -20,19 +20,14 @@ def check_laplacian(answer: object, expected: object, *, M: object = None, eithe
 
     Parameters
     ----------
-    answer : object
-        An (n, n) matrix, dense or sparse, or the pair (L, M), of which L is judged.
-    expected : TriangleMesh or matrix
-        A mesh, whose cotan Laplacian is meant, or the right matrix.
-    M : matrix, optional
-        The mass, so that the pointwise M^-1 L can be told from the weak L.
-    either_sign : bool
-        Accept the negative semidefinite -L as well.
+    answer : an (n, n) matrix, dense or sparse, or the pair (L, M), of which L is judged
+    expected : TriangleMesh or matrix, a mesh, whose cotan Laplacian is meant, or the right matrix
+    M : matrix, the mass, so that the pointwise M^-1 L can be told from the weak L
+    either_sign : accept the negative semidefinite -L as well
 
     Returns
     -------
-    Verdict
-        Right if L is, up to the sign where that is left open.
+    Verdict: right if L is, up to the sign where that is left open.
 
     Examples
     --------
@@ -132,19 +127,14 @@ def check_mass_matrix(answer: object, expected: object, *, kind: str = "any", fr
 
     Parameters
     ----------
-    answer : object
-        An (n, n) matrix, dense or sparse; n numbers stand for a diagonal one.
-    expected : TriangleMesh or matrix
-        A mesh, or the right matrix.
-    kind : {"any", "lumped", "full"}
-        Which mass matrix of the mesh is asked for.
-    free_scale : bool
-        Accept any positive multiple.
+    answer : an (n, n) matrix, dense or sparse; n numbers stand for a diagonal one
+    expected : TriangleMesh or matrix, a mesh, or the right matrix
+    kind : {"any", "lumped", "full"}, which mass matrix of the mesh is asked for
+    free_scale : accept any positive multiple
 
     Returns
     -------
-    Verdict
-        Right if M is.
+    Verdict: right if M is.
 
     Examples
     --------

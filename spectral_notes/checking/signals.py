@@ -22,20 +22,16 @@ def check_dft(answer: object, f: ArrayLike, *, scaling: str = "any", within: flo
 
     Parameters
     ----------
-    answer : object
-        The N complex coefficients, or those of `rfft`; the pair (a, b) of cosine and sine coefficients; an (N, N)
-        matrix that makes the coefficients of f; or a function that does.
-    f : (N,) array
-        The signal.
-    scaling : {"any", "numpy", "mean", "unitary"}
-        Which factor is asked for: 1, 1 / N or 1 / sqrt(N). A pair (a, b) is always averaged over N.
-    within : float
-        How far off a coefficient may be, as a fraction of the largest one.
+    answer : the N complex coefficients, or those of `rfft`; the pair (a, b) of cosine and sine coefficients; an (N, N)
+        matrix that makes the coefficients of f; or a function that does
+    f : (N,) array, the signal
+    scaling : {"any", "numpy", "mean", "unitary"}, which factor is asked for: 1, 1 / N or 1 / sqrt(N). A pair (a, b) is
+        always averaged over N.
+    within : how far off a coefficient may be, as a fraction of the largest one
 
     Returns
     -------
-    Verdict
-        Right if the coefficients are.
+    Verdict: right if the coefficients are.
 
     Examples
     --------
@@ -129,23 +125,16 @@ def check_difference_matrix(
 
     Parameters
     ----------
-    answer : object
-        An (n, n) matrix, dense or sparse.
-    x : (n,) array
-        The sample points, ascending.
-    derivative : {1, 2}
-        Which derivative; the second is +d^2/dx^2.
-    accuracy : int
-        The order of accuracy that is asked for.
-    length : float, optional
-        The circumference, for samples round a circle; an interval if not given.
-    end_accuracy : int, optional
-        The order of accuracy of the first and the last row, if lower.
+    answer : an (n, n) matrix, dense or sparse
+    x : (n,) array, the sample points, ascending
+    derivative : {1, 2}, which derivative; the second is +d^2/dx^2
+    accuracy : the order of accuracy that is asked for
+    length : the circumference, for samples round a circle; an interval if not given
+    end_accuracy : the order of accuracy of the first and the last row, if lower
 
     Returns
     -------
-    Verdict
-        Right if every row is exact.
+    Verdict: right if every row is exact.
 
     Examples
     --------

@@ -27,21 +27,15 @@ def check_number(
 
     Parameters
     ----------
-    answer : object
-        What the student passes; a scalar, or an array with one entry.
-    expected : float or str
-        The right number, or `seal` of it.
-    within : float, optional
-        How far off it may be, in its own unit; a thousandth of its size if not given.
-    law : str
-        The law that gives the number, named when it is wrong.
-    slips : dict, optional
-        Wrong numbers that have a known cause, with the sentence that names it.
+    answer : what the student passes; a scalar, or an array with one entry
+    expected : float or str, the right number, or `seal` of it
+    within : how far off it may be, in its own unit; a thousandth of its size if not given
+    law : the law that gives the number, named when it is wrong
+    slips : dict, wrong numbers that have a known cause, with the sentence that names it
 
     Returns
     -------
-    Verdict
-        Right if the number is near enough.
+    Verdict: right if the number is near enough.
 
     Examples
     --------
@@ -75,23 +69,17 @@ def check_values(
 
     Parameters
     ----------
-    answer : object
-        What the student passes.
-    expected : array or str
-        The right values, or `seal` of their list.
-    within : float
-        How far off an entry may be, as a fraction of the largest one.
-    law : str
-        The law that gives the values.
-    either_sign, free_scale : bool
-        Accept the negative as well; accept any multiple but zero.
-    through : (m, n) array, optional
-        Only what this matrix makes of the answer counts; if it makes zero of the right one, zero itself is refused.
+    answer : what the student passes
+    expected : array or str, the right values, or `seal` of their list
+    within : how far off an entry may be, as a fraction of the largest one
+    law : the law that gives the values
+    either_sign, free_scale : accept the negative as well; accept any multiple but zero
+    through : (m, n) array, only what this matrix makes of the answer counts; if it makes zero of the right one, zero
+        itself is refused
 
     Returns
     -------
-    Verdict
-        Right if every entry is near enough.
+    Verdict: right if every entry is near enough.
 
     Examples
     --------
@@ -135,21 +123,15 @@ def check_function(
 
     Parameters
     ----------
-    answer : object
-        The student's function; it is called with copies of the inputs.
-    reference : callable
-        A function that is right.
-    inputs : iterable of tuples
-        The arguments of each call.
-    within : float
-        How far off a value may be, as a fraction of the largest one.
-    law : str
-        The law that the function obeys.
+    answer : the student's function; it is called with copies of the inputs
+    reference : a function that is right
+    inputs : iterable of tuples, the arguments of each call
+    within : how far off a value may be, as a fraction of the largest one
+    law : the law that the function obeys
 
     Returns
     -------
-    Verdict
-        Right if all values are near enough.
+    Verdict: right if all values are near enough.
 
     Examples
     --------
@@ -176,19 +158,14 @@ def check_labels(answer: object, expected: ArrayLike, *, agreement: float = 1.0,
 
     Parameters
     ----------
-    answer : object
-        One label a sample; numbers or words.
-    expected : (n,) array
-        Labels that are right.
-    agreement : float
-        The adjusted Rand index that is asked for: 1 for the same parts, 0 for chance.
-    law : str
-        The law that the parts obey.
+    answer : one label a sample; numbers or words
+    expected : (n,) array, labels that are right
+    agreement : the adjusted Rand index that is asked for: 1 for the same parts, 0 for chance
+    law : the law that the parts obey
 
     Returns
     -------
-    Verdict
-        Right if the two partitions agree well enough.
+    Verdict: right if the two partitions agree well enough.
 
     Examples
     --------
@@ -219,19 +196,14 @@ def check_choice(answer: object, expected: object, *, law: str = "", slips: dict
 
     Parameters
     ----------
-    answer : object
-        What the student chose.
-    expected : str, bool or list of str
-        The right choice, or `seal` of it.
-    law : str
-        The law that decides.
-    slips : dict, optional
-        Wrong choices that have a known cause, with the sentence that names it.
+    answer : what the student chose
+    expected : str, bool or list of str, the right choice, or `seal` of it
+    law : the law that decides
+    slips : dict, wrong choices that have a known cause, with the sentence that names it
 
     Returns
     -------
-    Verdict
-        Right if the choice is the right one.
+    Verdict: right if the choice is the right one.
 
     Examples
     --------

@@ -24,12 +24,9 @@ class Verdict:
 
     Parameters
     ----------
-    status : {"right", "wrong", "unattempted"}
-        `bool(verdict)` is True for "right" only.
-    message : str
-        What was found.
-    law : str
-        The law that a wrong answer breaks, or that a right one keeps.
+    status : {"right", "wrong", "unattempted"}, `bool(verdict)` is True for "right" only
+    message : what was found
+    law : the law that a wrong answer breaks, or that a right one keeps
 
     Examples
     --------
@@ -62,10 +59,7 @@ class Verdict:
     def require(self) -> None:
         """Raise an AssertionError with the verdict as its message, unless the answer is right.
 
-        Raises
-        ------
-        AssertionError
-            If the answer is wrong or was not attempted.
+        Raises AssertionError if the answer is wrong or was not attempted.
 
         Examples
         --------
@@ -132,13 +126,11 @@ def seal(value: object) -> str:
 
     Parameters
     ----------
-    value : number, str, bool or a list of them
-        The right answer.
+    value : number, str, bool or a list of them, the right answer
 
     Returns
     -------
-    str
-        What `check_number`, `check_values` and `check_choice` accept in place of the answer.
+    What `check_number`, `check_values` and `check_choice` accept in place of the answer.
 
     Examples
     --------

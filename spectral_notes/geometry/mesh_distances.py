@@ -19,18 +19,11 @@ def vertex_error(mesh: TriangleMesh, other: TriangleMesh) -> float:
 
     Parameters
     ----------
-    mesh, other : TriangleMesh
-        Meshes of the same number of vertices.
+    mesh, other : meshes of the same number of vertices
 
     Returns
     -------
-    float
-        Percent of the diagonal.
-
-    Raises
-    ------
-    ValueError
-        If the numbers of vertices differ.
+    Percent of the diagonal. Raises ValueError if the numbers of vertices differ.
 
     Examples
     --------
@@ -52,13 +45,11 @@ def surface_error(mesh: TriangleMesh, other: TriangleMesh) -> float:
 
     Parameters
     ----------
-    mesh, other : TriangleMesh
-        Any two meshes.
+    mesh, other : any two meshes
 
     Returns
     -------
-    float
-        Percent of the first mesh's diagonal.
+    Percent of the first mesh's diagonal.
 
     References
     ----------
@@ -80,13 +71,11 @@ def hausdorff_error(mesh: TriangleMesh, other: TriangleMesh) -> float:
 
     Parameters
     ----------
-    mesh, other : TriangleMesh
-        Any two meshes.
+    mesh, other : any two meshes
 
     Returns
     -------
-    float
-        Percent of the first mesh's diagonal.
+    Percent of the first mesh's diagonal.
 
     Examples
     --------
@@ -104,18 +93,11 @@ def normal_deviation(mesh: TriangleMesh, other: TriangleMesh) -> float:
 
     Parameters
     ----------
-    mesh, other : TriangleMesh
-        Meshes with the same faces.
+    mesh, other : meshes with the same faces
 
     Returns
     -------
-    float
-        Degrees, 0 .. 180.
-
-    Raises
-    ------
-    ValueError
-        If the faces differ.
+    Degrees, 0 .. 180. Raises ValueError if the faces differ.
 
     Examples
     --------

@@ -18,22 +18,14 @@ def nodal_domains(mesh: TriangleMesh, f: ArrayLike, *, tol: float = 0.0) -> IntA
 
     Parameters
     ----------
-    mesh : TriangleMesh
-        The mesh.
-    f : array_like, shape (n,)
-        Pointwise values.
-    tol : float
-        Values up to tol * max |f| in magnitude count as zero.
+    mesh : the mesh
+    f : (n,), pointwise values
+    tol : values up to tol * max |f| in magnitude count as zero
 
     Returns
     -------
-    ndarray of int64, shape (n,)
-        The labels, in the order of each domain's first vertex.
-
-    Raises
-    ------
-    TypeError, ValueError
-        If f does not hold one finite number per vertex, or tol is negative.
+    (n,) ndarray of int64: the labels, in the order of each domain's first vertex. Raises TypeError or ValueError if f
+    does not hold one finite number per vertex, or tol is negative.
 
     Examples
     --------

@@ -27,18 +27,12 @@ def torus_surface(R: float = 1.0, r: float = 0.4) -> Surface:
 
     Parameters
     ----------
-    R, r : float
-        Radius of the tube's centre circle and of the tube, 0 < r < R.
+    R, r : radius of the tube's centre circle and of the tube, 0 < r < R
 
     Returns
     -------
-    callable
-        Angles u (the long way round) and v (round the tube), arrays of one shape, to points (..., 3).
-
-    Raises
-    ------
-    TypeError, ValueError
-        If the radii do not satisfy 0 < r < R.
+    Angles u (the long way round) and v (round the tube), arrays of one shape, to points (..., 3). Raises TypeError or
+    ValueError if the radii do not satisfy 0 < r < R.
 
     Examples
     --------
@@ -62,20 +56,13 @@ def torus_curvatures(v: ArrayLike, R: float = 1.0, r: float = 0.4) -> tuple[Floa
 
     Parameters
     ----------
-    v : array_like, shape (n,)
-        Angles round the tube in radians, 0 on the outermost circle.
-    R, r : float
-        Radius of the tube's centre circle and of the tube, 0 < r < R.
+    v : (n,), angles round the tube in radians, 0 on the outermost circle
+    R, r : radius of the tube's centre circle and of the tube, 0 < r < R
 
     Returns
     -------
-    K, H : ndarray, shape (n,)
-        In 1 / squared unit and 1 / unit of the radii; H is positive where the surface bulges outwards.
-
-    Raises
-    ------
-    TypeError, ValueError
-        If the angles are not finite numbers, or the radii do not satisfy 0 < r < R.
+    K, H (n,): in 1 / squared unit and 1 / unit of the radii; H is positive where the surface bulges outwards. Raises
+    TypeError or ValueError if the angles are not finite numbers, or the radii do not satisfy 0 < r < R.
 
     Examples
     --------
@@ -93,20 +80,14 @@ def tangent_vectors(surface: Surface, u: ArrayLike, v: ArrayLike) -> tuple[Float
 
     Parameters
     ----------
-    surface : callable
-        Parameters (u, v) to points (..., 3).
-    u, v : array_like, of one shape
-        Parameters.
+    surface : parameters (u, v) to points (..., 3)
+    u, v : array_like, of one shape, parameters
 
     Returns
     -------
-    x_u, x_v : ndarray, shape (..., 3)
-        Derivatives by fourth-order central differences, to about 1e-11 where the formula has unit scales.
-
-    Raises
-    ------
-    TypeError, ValueError
-        If the parameters are not finite numbers of one shape, or the surface does not return three coordinates.
+    x_u, x_v (..., 3): derivatives by fourth-order central differences, to about 1e-11 where the formula has unit
+    scales. Raises TypeError or ValueError if the parameters are not finite numbers of one shape, or the surface does
+    not return three coordinates.
 
     Examples
     --------
@@ -138,20 +119,14 @@ def first_fundamental_form(surface: Surface, u: ArrayLike, v: ArrayLike) -> Floa
 
     Parameters
     ----------
-    surface : callable
-        Parameters (u, v) to points (..., 3).
-    u, v : array_like, of one shape
-        Parameters.
+    surface : parameters (u, v) to points (..., 3)
+    u, v : array_like, of one shape, parameters
 
     Returns
     -------
-    ndarray, shape (..., 2, 2)
-        Positive definite where the tangent vectors are independent; singular where the chart collapses.
-
-    Raises
-    ------
-    TypeError, ValueError
-        If the parameters are not finite numbers of one shape, or the surface does not return three coordinates.
+    (..., 2, 2): positive definite where the tangent vectors are independent; singular where the chart collapses. Raises
+    TypeError or ValueError if the parameters are not finite numbers of one shape, or the surface does not return three
+    coordinates.
 
     Examples
     --------
@@ -171,20 +146,14 @@ def second_fundamental_form(surface: Surface, u: ArrayLike, v: ArrayLike) -> Flo
 
     Parameters
     ----------
-    surface : callable
-        Parameters (u, v) to points (..., 3).
-    u, v : array_like, of one shape
-        Parameters.
+    surface : parameters (u, v) to points (..., 3)
+    u, v : array_like, of one shape, parameters
 
     Returns
     -------
-    ndarray, shape (..., 2, 2)
-        Symmetric; second derivatives by fourth-order differences, to about 1e-10 where the formula has unit scales.
-
-    Raises
-    ------
-    TypeError, ValueError
-        If the parameters are not finite numbers of one shape, or the surface does not return three coordinates.
+    (..., 2, 2): symmetric; second derivatives by fourth-order differences, to about 1e-10 where the formula has unit
+    scales. Raises TypeError or ValueError if the parameters are not finite numbers of one shape, or the surface does
+    not return three coordinates.
 
     Examples
     --------
@@ -207,21 +176,14 @@ def surface_curvatures(surface: Surface, u: ArrayLike, v: ArrayLike) -> tuple[Fl
 
     Parameters
     ----------
-    surface : callable
-        Parameters (u, v) to points (..., 3).
-    u, v : array_like, of one shape
-        Parameters.
+    surface : parameters (u, v) to points (..., 3)
+    u, v : array_like, of one shape, parameters
 
     Returns
     -------
-    K, H : ndarray, shape (...)
-        In 1 / squared unit and 1 / unit of the points. Exchanging u and v turns the normal and the sign of H, never
-        that of K. Not a number where the chart collapses.
-
-    Raises
-    ------
-    TypeError, ValueError
-        If the parameters are not finite numbers of one shape, or the surface does not return three coordinates.
+    K, H (...): in 1 / squared unit and 1 / unit of the points. Exchanging u and v turns the normal and the sign of H,
+    never that of K. Not a number where the chart collapses. Raises TypeError or ValueError if the parameters are not
+    finite numbers of one shape, or the surface does not return three coordinates.
 
     Examples
     --------
@@ -251,22 +213,14 @@ def patch_area(surface: Surface, u_range: ArrayLike, v_range: ArrayLike, n: int 
 
     Parameters
     ----------
-    surface : callable
-        Parameters (u, v) to points (..., 3).
-    u_range, v_range : array_like (2,)
-        First and last value of each parameter, increasing.
-    n : int
-        Cells in each direction.
+    surface : parameters (u, v) to points (..., 3)
+    u_range, v_range : array_like (2,), first and last value of each parameter, increasing
+    n : cells in each direction
 
     Returns
     -------
-    float
-        In squared units of the points.
-
-    Raises
-    ------
-    TypeError, ValueError
-        If a range does not increase, or `n` is not an integer of at least 1.
+    In squared units of the points. Raises TypeError or ValueError if a range does not increase, or `n` is not an
+    integer of at least 1.
 
     Examples
     --------
@@ -288,24 +242,16 @@ def patch_mesh(
 
     Parameters
     ----------
-    surface : callable
-        Parameters (u, v) to points (..., 3).
-    u_range, v_range : array_like (2,)
-        First and last value of each parameter, increasing.
-    n_u, n_v : int
-        Vertices in each direction, at least 2.
-    name : str, optional
-        Name of the mesh.
+    surface : parameters (u, v) to points (..., 3)
+    u_range, v_range : array_like (2,), first and last value of each parameter, increasing
+    n_u, n_v : vertices in each direction, at least 2
+    name : name of the mesh
 
     Returns
     -------
-    TriangleMesh
-        Vertex ``i * n_v + j`` lies at the i-th u and the j-th v; faces wind as x_u turns to x_v.
-
-    Raises
-    ------
-    TypeError, ValueError
-        If a range does not increase, a count is below 2, or the surface does not return three finite coordinates.
+    Vertex ``i * n_v + j`` lies at the i-th u and the j-th v; faces wind as x_u turns to x_v. Raises TypeError or
+    ValueError if a range does not increase, a count is below 2, or the surface does not return three finite
+    coordinates.
 
     Examples
     --------
@@ -325,22 +271,14 @@ def coordinate_lines(
 
     Parameters
     ----------
-    surface : callable
-        Parameters (u, v) to points (..., 3).
-    u_range, v_range : array_like (2,)
-        First and last value of each parameter, increasing.
-    n_u, n_v : int
-        Curves of constant u and of constant v, evenly spaced from end to end.
+    surface : parameters (u, v) to points (..., 3)
+    u_range, v_range : array_like (2,), first and last value of each parameter, increasing
+    n_u, n_v : curves of constant u and of constant v, evenly spaced from end to end
 
     Returns
     -------
-    tuple of ndarray, shape (129, 3)
-        First the curves of constant u, then those of constant v.
-
-    Raises
-    ------
-    TypeError, ValueError
-        If a range does not increase, or a count is negative.
+    (129, 3) tuple of ndarray: first the curves of constant u, then those of constant v. Raises TypeError or ValueError
+    if a range does not increase, or a count is negative.
 
     Examples
     --------

@@ -39,20 +39,13 @@ def rectangle(width: float = 1.0, height: float = 1.0, n_x: int = 41, n_y: int =
 
     Parameters
     ----------
-    width, height : float
-        Extent in x and in y, positive.
-    n_x, n_y : int
-        Vertices along x and along y, at least 2.
+    width, height : extent in x and in y, positive
+    n_x, n_y : vertices along x and along y, at least 2
 
     Returns
     -------
-    TriangleMesh
-        Vertex ``i * n_y + j`` lies at the i-th x and the j-th y.
-
-    Raises
-    ------
-    TypeError, ValueError
-        If a size is not positive or a count below 2.
+    Vertex ``i * n_y + j`` lies at the i-th x and the j-th y. Raises TypeError or ValueError if a size is not positive
+    or a count below 2.
 
     Examples
     --------
@@ -73,20 +66,13 @@ def disk(radius: float = 1.0, n_rings: int = 32) -> TriangleMesh:
 
     Parameters
     ----------
-    radius : float
-        Radius, positive.
-    n_rings : int
-        Rings of triangles, at least 1; the mesh has ``1 + 3 * n_rings * (n_rings + 1)`` vertices.
+    radius : radius, positive
+    n_rings : rings of triangles, at least 1; the mesh has ``1 + 3 * n_rings * (n_rings + 1)`` vertices
 
     Returns
     -------
-    TriangleMesh
-        One boundary loop of ``6 * n_rings`` vertices.
-
-    Raises
-    ------
-    TypeError, ValueError
-        If the radius is not positive or `n_rings` is below 1.
+    One boundary loop of ``6 * n_rings`` vertices. Raises TypeError or ValueError if the radius is not positive or
+    `n_rings` is below 1.
 
     Examples
     --------
@@ -106,20 +92,12 @@ def equilateral_triangle(side: float = 1.0, refinement: int = 32) -> TriangleMes
 
     Parameters
     ----------
-    side : float
-        Length of a side, positive.
-    refinement : int
-        Parts into which each side is cut, at least 1.
+    side : length of a side, positive
+    refinement : parts into which each side is cut, at least 1
 
     Returns
     -------
-    TriangleMesh
-        All angles are 60 degrees.
-
-    Raises
-    ------
-    TypeError, ValueError
-        If the side is not positive or `refinement` is below 1.
+    All angles are 60 degrees. Raises TypeError or ValueError if the side is not positive or `refinement` is below 1.
 
     Examples
     --------
@@ -141,18 +119,12 @@ def gww_drums(refinement: int = 16) -> tuple[TriangleMesh, TriangleMesh]:
 
     Parameters
     ----------
-    refinement : int
-        Parts into which each leg of a tile is cut, at least 1.
+    refinement : parts into which each leg of a tile is cut, at least 1
 
     Returns
     -------
-    tuple of TriangleMesh
-        Both have area 14 and perimeter 12 + 6 sqrt(2).
-
-    Raises
-    ------
-    TypeError, ValueError
-        If `refinement` is not an integer of at least 1.
+    tuple of TriangleMesh: both have area 14 and perimeter 12 + 6 sqrt(2). Raises TypeError or ValueError if
+    `refinement` is not an integer of at least 1.
 
     Examples
     --------
@@ -173,22 +145,14 @@ def flat_torus(width: float = 1.0, height: float = 1.0, n_x: int = 32, n_y: int 
 
     Parameters
     ----------
-    width, height : float
-        Lengths of the two shortest closed straight lines along the sides, positive.
-    n_x, n_y : int
-        Vertices along each, at least 3.
+    width, height : lengths of the two shortest closed straight lines along the sides, positive
+    n_x, n_y : vertices along each, at least 3
 
     Returns
     -------
-    faces : ndarray (m, 3)
-        Vertex ``i * n_y + j`` lies at (i width / n_x, j height / n_y).
-    lengths : ndarray (m, 3)
-        Column c holds the length of the edge opposite to corner c of each face, as in libigl.
-
-    Raises
-    ------
-    TypeError, ValueError
-        If a size is not positive or a count below 3.
+    faces ndarray (m, 3): vertex ``i * n_y + j`` lies at (i width / n_x, j height / n_y); lengths ndarray (m, 3): column
+    c holds the length of the edge opposite to corner c of each face, as in libigl. Raises TypeError or ValueError if a
+    size is not positive or a count below 3.
 
     Examples
     --------

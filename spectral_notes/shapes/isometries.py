@@ -17,21 +17,14 @@ def sheet(bend: float = 0.0, n_long: int = 61, n_wide: int = 37) -> TriangleMesh
 
     Parameters
     ----------
-    bend : float
-        The angle in radians by which the sheet turns from its first chord to its last: 0 is flat, 2.4 an arch,
-        4 pi a roll of two turns; negative values bend the other way.
-    n_long, n_wide : int
-        Vertices along the length and across, at least 2.
+    bend : the angle in radians by which the sheet turns from its first chord to its last: 0 is flat, 2.4 an arch, 4 pi
+        a roll of two turns; negative values bend the other way
+    n_long, n_wide : vertices along the length and across, at least 2
 
     Returns
     -------
-    TriangleMesh
-        With a boundary; the faces do not depend on `bend`: vertex ``i * n_wide + j`` is always the same point of paper.
-
-    Raises
-    ------
-    TypeError, ValueError
-        If `bend` is not a finite number, or a count is below 2.
+    With a boundary; the faces do not depend on `bend`: vertex ``i * n_wide + j`` is always the same point of paper.
+    Raises TypeError or ValueError if `bend` is not a finite number, or a count is below 2.
 
     Examples
     --------
@@ -63,22 +56,14 @@ def spherical_cap(half_angle: float = 1.2, n_rings: int = 36, rings_pushed_in: i
 
     Parameters
     ----------
-    half_angle : float
-        Angle from the pole to the boundary in radians, between 0 and pi.
-    n_rings : int
-        Rings of triangles; the mesh has ``1 + 3 * n_rings * (n_rings + 1)`` vertices.
-    rings_pushed_in : int
-        How many of the rings lie inside the mirror, 0 to n_rings.
+    half_angle : angle from the pole to the boundary in radians, between 0 and pi
+    n_rings : rings of triangles; the mesh has ``1 + 3 * n_rings * (n_rings + 1)`` vertices
+    rings_pushed_in : how many of the rings lie inside the mirror, 0 to n_rings
 
     Returns
     -------
-    TriangleMesh
-        One boundary loop; the faces do not depend on `rings_pushed_in`.
-
-    Raises
-    ------
-    TypeError, ValueError
-        If `half_angle` does not lie between 0 and pi, or a count is out of range.
+    One boundary loop; the faces do not depend on `rings_pushed_in`. Raises TypeError or ValueError if `half_angle` does
+    not lie between 0 and pi, or a count is out of range.
 
     Examples
     --------

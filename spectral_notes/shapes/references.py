@@ -33,20 +33,12 @@ def sphere_eigenvalues(k: int, radius: float = 1.0) -> FloatArray:
 
     Parameters
     ----------
-    k : int
-        How many, at least 1.
-    radius : float
-        Radius R, positive.
+    k : how many, at least 1
+    radius : radius R, positive
 
     Returns
     -------
-    ndarray, shape (k,)
-        Eigenvalues, in 1 / length^2.
-
-    Raises
-    ------
-    TypeError, ValueError
-        If k is not a count or the radius not positive.
+    (k,): eigenvalues, in 1 / length^2. Raises TypeError or ValueError if k is not a count or the radius not positive.
 
     Examples
     --------
@@ -70,20 +62,13 @@ def spherical_harmonics(points: ArrayLike, degree: int) -> FloatArray:
 
     Parameters
     ----------
-    points : array_like, shape (n, 3)
-        Points whose directions from the origin count; none at the origin.
-    degree : int
-        The degree l, at least 0.
+    points : (n, 3), points whose directions from the origin count; none at the origin
+    degree : the degree l, at least 0
 
     Returns
     -------
-    ndarray, shape (n, 2 l + 1)
-        Pointwise values; order m = -l .. l, the sines first.
-
-    Raises
-    ------
-    TypeError, ValueError
-        If the degree is not a count, or a point lies at the origin.
+    (n, 2 l + 1): pointwise values; order m = -l .. l, the sines first. Raises TypeError or ValueError if the degree is
+    not a count, or a point lies at the origin.
 
     Examples
     --------
@@ -113,24 +98,15 @@ def weyl_count(values: ArrayLike, area: float, boundary: float = 0.0, *, ends: s
 
     Parameters
     ----------
-    values : array_like, shape (p,)
-        Values of lambda, not negative, in 1 / length^2.
-    area : float
-        Area A of the surface, positive.
-    boundary : float
-        Length of the boundary; 0 for a closed surface.
-    ends : {"neumann", "dirichlet"}
-        The boundary condition.
+    values : (p,), values of lambda, not negative, in 1 / length^2
+    area : area A of the surface, positive
+    boundary : length of the boundary; 0 for a closed surface
+    ends : {"neumann", "dirichlet"}, the boundary condition
 
     Returns
     -------
-    ndarray, shape (p,)
-        Counts, not rounded; the law is an average.
-
-    Raises
-    ------
-    TypeError, ValueError
-        If a value is negative, the area not positive, the boundary negative or the condition neither of the two.
+    (p,): counts, not rounded; the law is an average. Raises TypeError or ValueError if a value is negative, the area
+    not positive, the boundary negative or the condition neither of the two.
 
     Examples
     --------
@@ -154,22 +130,14 @@ def principal_angles(A: ArrayLike, B: ArrayLike, M: sp.csr_array) -> FloatArray:
 
     Parameters
     ----------
-    A : array_like, shape (n, p)
-        Columns that span one subspace; linearly independent.
-    B : array_like, shape (n, q)
-        Columns that span the other, q at most p.
-    M : sparse array, shape (n, n)
-        Mass matrix.
+    A : (n, p), columns that span one subspace; linearly independent
+    B : (n, q), columns that span the other, q at most p
+    M : (n, n), mass matrix
 
     Returns
     -------
-    ndarray, shape (q,)
-        Angles in radians, 0 .. pi / 2.
-
-    Raises
-    ------
-    TypeError, ValueError
-        If the shapes do not fit, or B has more columns than A.
+    (q,): angles in radians, 0 .. pi / 2. Raises TypeError or ValueError if the shapes do not fit, or B has more columns
+    than A.
 
     References
     ----------

@@ -30,27 +30,16 @@ def revolution_eigenvalues(profile: Profile, k: int, *, kind: str, n: int = 64) 
 
     Parameters
     ----------
-    profile : callable
-        Takes t (p,), returns the radius r and the speed w, both (p,) and positive inside.
-    k : int
-        How many eigenvalues, 1 .. n^2 / 16.
-    kind : {"poles", "ring"}
-        "poles": t runs from 0 to pi and the profile meets the axis smoothly at both ends, r / sin t being smooth, as on
-        a sphere. "ring": t runs round a closed profile, from 0 to 2 pi, as on a torus.
-    n : int
-        Resolution, at least 8.
+    profile : takes t (p,), returns the radius r and the speed w, both (p,) and positive inside
+    k : how many eigenvalues, 1 .. n^2 / 16.
+    kind : {"poles", "ring"}, "poles": t runs from 0 to pi and the profile meets the axis smoothly at both ends, r / sin
+        t being smooth, as on a sphere. "ring": t runs round a closed profile, from 0 to 2 pi, as on a torus.
+    n : resolution, at least 8
 
     Returns
     -------
-    evals : ndarray, shape (k,)
-        Eigenvalues, in 1 / length^2.
-    orders : ndarray of int64, shape (k,)
-        The order m of each; m > 0 comes twice.
-
-    Raises
-    ------
-    TypeError, ValueError
-        If a count is out of range or the kind neither of the two.
+    evals (k,): eigenvalues, in 1 / length^2; orders (k,) ndarray of int64: the order m of each; m > 0 comes twice.
+    Raises TypeError or ValueError if a count is out of range or the kind neither of the two.
 
     Examples
     --------
@@ -78,17 +67,12 @@ def egg_eigenvalues(k: int, *, n: int = 64) -> tuple[FloatArray, IntArray]:
 
     Parameters
     ----------
-    k : int
-        How many, 1 .. n^2 / 16.
-    n : int
-        Resolution, at least 8.
+    k : how many, 1 .. n^2 / 16.
+    n : resolution, at least 8
 
     Returns
     -------
-    evals : ndarray, shape (k,)
-        Eigenvalues; the egg is 2.6 high.
-    orders : ndarray of int64, shape (k,)
-        The order m of each; m > 0 comes twice.
+    evals (k,): eigenvalues; the egg is 2.6 high; orders (k,) ndarray of int64: the order m of each; m > 0 comes twice.
 
     Examples
     --------
@@ -110,24 +94,14 @@ def torus_eigenvalues(k: int, R: float = 1.0, r: float = 0.4, *, n: int = 64) ->
 
     Parameters
     ----------
-    k : int
-        How many, 1 .. n^2 / 16.
-    R, r : float
-        Radius of the tube's centre circle and of the tube, 0 < r < R.
-    n : int
-        Resolution, at least 8.
+    k : how many, 1 .. n^2 / 16.
+    R, r : radius of the tube's centre circle and of the tube, 0 < r < R
+    n : resolution, at least 8
 
     Returns
     -------
-    evals : ndarray, shape (k,)
-        Eigenvalues, in 1 / length^2.
-    orders : ndarray of int64, shape (k,)
-        The order m of each; m > 0 comes twice.
-
-    Raises
-    ------
-    TypeError, ValueError
-        If a count is out of range, or the radii do not satisfy 0 < r < R.
+    evals (k,): eigenvalues, in 1 / length^2; orders (k,) ndarray of int64: the order m of each; m > 0 comes twice.
+    Raises TypeError or ValueError if a count is out of range, or the radii do not satisfy 0 < r < R.
 
     Examples
     --------

@@ -18,18 +18,11 @@ def sphere(subdivisions: int = 5) -> TriangleMesh:
 
     Parameters
     ----------
-    subdivisions : int
-        How often each triangle is split in four, 0 to 8.
+    subdivisions : how often each triangle is split in four, 0 to 8
 
     Returns
     -------
-    TriangleMesh
-        Closed, genus 0.
-
-    Raises
-    ------
-    TypeError, ValueError
-        If `subdivisions` is not an integer between 0 and 8.
+    Closed, genus 0. Raises TypeError or ValueError if `subdivisions` is not an integer between 0 and 8.
 
     Examples
     --------
@@ -52,18 +45,11 @@ def egg(subdivisions: int = 5) -> TriangleMesh:
 
     Parameters
     ----------
-    subdivisions : int
-        How often each triangle of an icosahedron is split in four, 0 to 8.
+    subdivisions : how often each triangle of an icosahedron is split in four, 0 to 8
 
     Returns
     -------
-    TriangleMesh
-        Closed, genus 0; 2.6 high.
-
-    Raises
-    ------
-    TypeError, ValueError
-        If `subdivisions` is not an integer between 0 and 8.
+    Closed, genus 0; 2.6 high. Raises TypeError or ValueError if `subdivisions` is not an integer between 0 and 8.
 
     Examples
     --------
@@ -84,20 +70,13 @@ def potato(seed: int = 0, subdivisions: int = 5) -> TriangleMesh:
 
     Parameters
     ----------
-    seed : int
-        Each seed is another potato.
-    subdivisions : int
-        How often each triangle of an icosahedron is split in four, 0 to 8.
+    seed : each seed is another potato
+    subdivisions : how often each triangle of an icosahedron is split in four, 0 to 8
 
     Returns
     -------
-    TriangleMesh
-        Closed, genus 0; about 2.8 long.
-
-    Raises
-    ------
-    TypeError, ValueError
-        If `seed` is not an integer of at least 0, or `subdivisions` not one between 0 and 8.
+    Closed, genus 0; about 2.8 long. Raises TypeError or ValueError if `seed` is not an integer of at least 0, or
+    `subdivisions` not one between 0 and 8.
 
     Examples
     --------
@@ -121,20 +100,13 @@ def torus(n_major: int = 120, n_minor: int = 50, R: float = 1.0, r: float = 0.4)
 
     Parameters
     ----------
-    n_major, n_minor : int
-        Steps in u, the long way round, and in v, round the tube; at least 3.
-    R, r : float
-        Radius of the tube's centre circle and of the tube, 0 < r < R.
+    n_major, n_minor : steps in u, the long way round, and in v, round the tube; at least 3
+    R, r : radius of the tube's centre circle and of the tube, 0 < r < R
 
     Returns
     -------
-    TriangleMesh
-        Closed, genus 1; vertex ``i * n_minor + j`` lies at u = 2 pi i / n_major, v = 2 pi j / n_minor.
-
-    Raises
-    ------
-    TypeError, ValueError
-        If a count is below 3, or the radii do not satisfy 0 < r < R.
+    Closed, genus 1; vertex ``i * n_minor + j`` lies at u = 2 pi i / n_major, v = 2 pi j / n_minor. Raises TypeError or
+    ValueError if a count is below 3, or the radii do not satisfy 0 < r < R.
 
     Examples
     --------
@@ -163,22 +135,15 @@ def torus_patch(
 
     Parameters
     ----------
-    u_range, v_range : array_like (2,)
-        First and last angle in radians, the long way round and round the tube; increasing, less than a full turn apart.
-    n_major, n_minor : int
-        Vertices in u and in v, at least 2.
-    R, r : float
-        Radius of the tube's centre circle and of the tube, 0 < r < R.
+    u_range, v_range : array_like (2,), first and last angle in radians, the long way round and round the tube;
+        increasing, less than a full turn apart
+    n_major, n_minor : vertices in u and in v, at least 2
+    R, r : radius of the tube's centre circle and of the tube, 0 < r < R
 
     Returns
     -------
-    TriangleMesh
-        Vertex ``i * n_minor + j`` lies at the i-th u and the j-th v.
-
-    Raises
-    ------
-    TypeError, ValueError
-        If a range does not increase or is a full turn or more, a count is below 2, or not 0 < r < R.
+    Vertex ``i * n_minor + j`` lies at the i-th u and the j-th v. Raises TypeError or ValueError if a range does not
+    increase or is a full turn or more, a count is below 2, or not 0 < r < R.
 
     Examples
     --------

@@ -25,20 +25,15 @@ class VoxelGrid:
 
     Parameters
     ----------
-    inside : ndarray of bool, shape (n_x, n_y, n_z)
-        Whether each cube belongs to the solid; at least one does.
-    corner : array_like, shape (3,)
-        Corner of the cube (0, 0, 0) with the smallest coordinates.
-    step : float
-        Edge length of the cubes, in the unit of the corner.
-    name : str, optional
-        What the solid is called, for titles; the part before the first ``_`` chooses its camera in pictures.
+    inside : (n_x, n_y, n_z), whether each cube belongs to the solid; at least one does
+    corner : (3,), corner of the cube (0, 0, 0) with the smallest coordinates
+    step : edge length of the cubes, in the unit of the corner
+    name : what the solid is called, for titles; the part before the first ``_`` chooses its camera in pictures
 
     Raises
     ------
-    TypeError, ValueError
-        If `inside` is no three-dimensional array of booleans or is False everywhere, the corner is not finite, or the
-        step is not positive.
+    TypeError or ValueError if `inside` is no three-dimensional array of booleans or is False everywhere, the corner is
+    not finite, or the step is not positive.
 
     Examples
     --------
@@ -93,21 +88,13 @@ def voxelize(mesh: TriangleMesh, step: float) -> VoxelGrid:
 
     Parameters
     ----------
-    mesh : TriangleMesh
-        A closed mesh whose faces agree which side is out.
-    step : float
-        Edge length of the cubes, in units of the vertices.
+    mesh : a closed mesh whose faces agree which side is out
+    step : edge length of the cubes, in units of the vertices
 
     Returns
     -------
-    VoxelGrid
-        With a rim of empty cubes around the mesh.
-
-    Raises
-    ------
-    TypeError, ValueError
-        If the mesh has a boundary, the step is not positive or so small that the grid would be enormous, or no centre
-        lies inside.
+    VoxelGrid: with a rim of empty cubes around the mesh. Raises TypeError or ValueError if the mesh has a boundary, the
+    step is not positive or so small that the grid would be enormous, or no centre lies inside.
 
     Examples
     --------
@@ -137,22 +124,14 @@ def voxel_shell(mesh: TriangleMesh, step: float, half_width: float = 2.0) -> Vox
 
     Parameters
     ----------
-    mesh : TriangleMesh
-        The surface, closed or with a boundary.
-    step : float
-        Edge length of the cubes, in units of the vertices.
-    half_width : float
-        Largest distance of a centre from the surface, in steps.
+    mesh : the surface, closed or with a boundary
+    step : edge length of the cubes, in units of the vertices
+    half_width : largest distance of a centre from the surface, in steps
 
     Returns
     -------
-    VoxelGrid
-        The shell; its volume is near the area times 2 half_width step.
-
-    Raises
-    ------
-    TypeError, ValueError
-        If step or half_width is not positive, or the grid would be enormous.
+    VoxelGrid: the shell; its volume is near the area times 2 half_width step. Raises TypeError or ValueError if step or
+    half_width is not positive, or the grid would be enormous.
 
     Examples
     --------
@@ -176,13 +155,11 @@ def voxel_skin(grid: VoxelGrid) -> TriangleMesh:
 
     Parameters
     ----------
-    grid : VoxelGrid
-        The solid.
+    grid : VoxelGrid, the solid
 
     Returns
     -------
-    TriangleMesh
-        Vertices at corners of cubes.
+    Vertices at corners of cubes.
 
     Examples
     --------
@@ -214,13 +191,11 @@ def voxel_graph(grid: VoxelGrid) -> sp.csr_array:
 
     Parameters
     ----------
-    grid : VoxelGrid
-        The solid.
+    grid : VoxelGrid, the solid
 
     Returns
     -------
-    csr_array, shape (n_voxels, n_voxels)
-        Symmetric, zeros and ones; vertices in the order of ``grid.centers``.
+    (n_voxels, n_voxels) csr_array: symmetric, zeros and ones; vertices in the order of ``grid.centers``.
 
     Examples
     --------
@@ -247,13 +222,11 @@ def voxel_euler_characteristic(grid: VoxelGrid) -> int:
 
     Parameters
     ----------
-    grid : VoxelGrid
-        The solid.
+    grid : VoxelGrid, the solid
 
     Returns
     -------
-    int
-        1 for a ball, 0 for a ring.
+    1 for a ball, 0 for a ring.
 
     Examples
     --------
