@@ -102,7 +102,7 @@ def examine(n_vertices: int = 100_000, k: int = 100) -> list[Finding]:
     """
     n_vertices, k = as_count("n_vertices", n_vertices, 1), as_count("k", k, 1)
     checks: list[tuple[str, Callable[[], Finding], str]] = [
-        ("python", check_python, "install Python 3.11, 3.12 or 3.13"),
+        ("python", check_python, "install Python 3.11, 3.12, 3.13 or 3.14"),
         ("packages", check_packages, INSTALL),
         ("optional packages", check_optional_packages, ""),
         ("linear algebra", check_linear_algebra, ""),
@@ -130,7 +130,7 @@ def check_python() -> Finding:
     found = platform.python_version()
     if SpecifierSet(wanted).contains(found, prereleases=True):
         return Finding("python", "ok", f"{found} on {platform.system()} {platform.machine()}")
-    return Finding("python", "broken", f"{found}, and {wanted} is needed", "install Python 3.11, 3.12 or 3.13")
+    return Finding("python", "broken", f"{found}, and {wanted} is needed", "install Python 3.11, 3.12, 3.13 or 3.14")
 
 
 def check_packages() -> Finding:

@@ -49,7 +49,7 @@ def test_what_raises_is_a_finding_with_its_remedy_and_code_1(monkeypatch, capsys
 def test_a_python_or_a_package_that_is_too_old(monkeypatch):
     monkeypatch.setattr(doctor.platform, "python_version", lambda: "3.9.1")
     found = doctor.check_python()
-    assert (found.status, found.says) == ("broken", "3.9.1, and <3.14,>=3.11 is needed")
+    assert (found.status, found.says) == ("broken", "3.9.1, and <3.15,>=3.11 is needed")
     monkeypatch.setattr(
         importlib.metadata, "requires", lambda _: ["numpy>=999", "no-such-thing>=1", "jax; extra == 'x'"]
     )
