@@ -38,7 +38,7 @@ def schema_faults(schema: str, *paths: Path) -> str:
 
 
 def test_the_workflows_are_those_that_the_project_needs() -> None:
-    assert [path.stem for path in WORKFLOWS] == ["publish", "release", "test", "weekly"]
+    assert [path.stem for path in WORKFLOWS] == ["paper", "publish", "release", "test", "weekly"]
 
 
 def test_every_workflow_fits_the_schema() -> None:
@@ -81,6 +81,56 @@ def test_the_three_systems_and_pythons_are_tested() -> None:
     jobs = yaml.safe_load((ROOT / ".github/workflows/test.yml").read_text(encoding="utf-8"))["jobs"]
     assert jobs["linux"]["strategy"]["matrix"]["python"] == ["3.11", "3.12", "3.13", "3.14"]
     assert jobs["elsewhere"]["strategy"]["matrix"]["system"] == ["macos-latest", "windows-latest"]
+
+
+# --- what others read: citation, deposits, paper, recipe, forms ----------------------------------------------------------
+
+
+def test_citation_deposits_and_package_agree() -> None:
+    project = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
+    citation = yaml.safe_load((ROOT / "CITATION.cff").read_text(encoding="utf-8"))
+    meta = json.loads((ROOT / "codemeta.json").read_text(encoding="utf-8"))
+    zenodo = json.loads((ROOT / ".zenodo.json").read_text(encoding="utf-8"))
+    recipe = yaml.safe_load((ROOT / "tools/conda/recipe.yaml").read_text(encoding="utf-8"))
+    versions = {project["version"], citation["version"], meta["version"], zenodo["version"], recipe["context"]["version"]}
+    assert len(versions) == 1
+    assert citation["title"] == meta["name"] == zenodo["title"]
+    assert citation["abstract"].strip() == meta["description"] == zenodo["description"]
+    assert citation["date-released"] == meta["dateModified"] == zenodo["publication_date"]
+    assert citation["keywords"] == meta["keywords"] == zenodo["keywords"]
+    assert [a["name"] for a in citation["authors"]] == [a["name"] for a in meta["author"] + zenodo["creators"]][:1]
+    assert project["license"] == zenodo["license"] == citation["license"][0] == recipe["about"]["license"]
+
+
+def test_the_recipe_asks_for_what_the_package_needs() -> None:
+    project = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
+    names = {re.split(r"[\s<>=;!\[]", line)[0].lower() for line in project["dependencies"]}
+    run = yaml.safe_load((ROOT / "tools/conda/recipe.yaml").read_text(encoding="utf-8"))["requirements"]["run"]
+    there = {re.split(r"[\s<>=]", line)[0].lower() for line in run if isinstance(line, str)}
+    elsewhere = {"matplotlib-base": "matplotlib", "robust_laplacian": "robust-laplacian"}
+    assert {elsewhere.get(name, name) for name in there} - {"python"} == names
+
+
+def test_the_paper_cites_what_the_book_cites() -> None:
+    entry = re.compile(r"^@\w+\{([\w-]+),\n.*?\n\}$", re.DOTALL | re.MULTILINE)
+    book = {m[1]: m[0] for m in entry.finditer((ROOT / "book/references.bib").read_text(encoding="utf-8"))}
+    paper = {m[1]: m[0] for m in entry.finditer((ROOT / "paper/paper.bib").read_text(encoding="utf-8"))}
+    text = (ROOT / "paper/paper.md").read_text(encoding="utf-8")
+    assert paper == {key: book[key] for key in set(re.findall(r"@([a-z]+\d{4})", text))}
+    headings = re.findall(r"^# (.*)$", text, re.MULTILINE)
+    wanted = ["Statement of need", "Learning objectives", "Content", "Instructional design", "Experience of use"]
+    assert headings == ["Summary", *wanted, "References"]
+
+
+def test_every_form_asks_for_something_and_fits_what_the_service_reads() -> None:
+    forms = sorted((ROOT / ".github/ISSUE_TEMPLATE").glob("[0-9]*.yml"))
+    assert len(forms) == 3
+    for path in forms:
+        form = yaml.safe_load(path.read_text(encoding="utf-8"))
+        assert set(form) == {"name", "description", "labels", "body"}
+        assert any(item.get("validations", {}).get("required") for item in form["body"])
+        assert all(item["type"] in ("input", "textarea") and item["attributes"]["label"] for item in form["body"])
+        assert len({item["id"] for item in form["body"]}) == len(form["body"])
 
 
 # --- images ----------------------------------------------------------------------------------------------------------

@@ -1,0 +1,88 @@
+"""Marks for assignments: what a student's function returns is judged by a check, and verdicts add up to points."""
+
+from __future__ import annotations
+
+import copy
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+from spectral_notes._checks import as_number
+from spectral_notes.checking.answers import call
+from spectral_notes.checking.verdicts import Verdict, judged, wrong
+
+
+@judged
+def check_result(
+    answer: object, inputs: Sequence[Any], check: Callable[..., Verdict], *args: Any, **options: Any
+) -> Verdict:
+    """Judge what a function returns for the given inputs by a check of `spectral_notes.checking`.
+
+    Parameters
+    ----------
+    answer : the student's function; it is called with copies of the inputs, and may raise
+    inputs : sequence, the arguments of the call
+    check : the check that judges what came back
+    *args, **options : what the check is told besides
+
+    Returns
+    -------
+    Verdict: the verdict of the check; a function that raises is wrong, one that returns None was not attempted.
+
+    Examples
+    --------
+    >>> from spectral_notes.checking import check_number
+    >>> print(check_result(abs, (-2.0,), check_number, 2.0))
+    Right. The number is right.
+    >>> print(check_result(lambda x: x / 0, (1.0,), check_number, 2.0))
+    Not right. It raises ZeroDivisionError: float division by zero
+    The law: the function accepts the inputs that the exercise names.
+    """
+    if not callable(answer):
+        return wrong(f"A {type(answer).__name__} came. Pass the function itself, uncalled.", "the answer is a function")
+    return check(call(answer, *copy.deepcopy(tuple(inputs))), *args, **options)
+
+
+@dataclass(frozen=True, repr=False)
+class Marks:
+    """The points that verdicts earn: their share that is right, of the points of the exercise.
+
+    Its text is the number alone, which nbgrader reads as partial credit when a cell ends with it; a notebook shows the
+    verdicts above the number.
+
+    Parameters
+    ----------
+    verdicts : sequence of Verdict, one or more; what was not attempted earns nothing
+    points : what the exercise is worth, above zero
+
+    Raises
+    ------
+    ValueError if there is no verdict, or the points are not positive.
+
+    Examples
+    --------
+    >>> from spectral_notes.checking import check_number
+    >>> Marks([check_number(2.0, 2.0), check_number(1.0, 2.0), check_number(..., 2.0)], points=6)
+    2
+    """
+
+    verdicts: Sequence[Verdict]
+    points: float
+
+    def __post_init__(self) -> None:
+        as_number("points", self.points, above=0.0)
+        if not self.verdicts:
+            raise ValueError("verdicts must hold at least one verdict; got none")
+
+    @property
+    def earned(self) -> float:
+        """The points earned."""
+        return self.points * sum(map(bool, self.verdicts)) / len(self.verdicts)
+
+    def __repr__(self) -> str:
+        return f"{self.earned:.4g}"
+
+    def _repr_markdown_(self) -> str:
+        """Return the verdicts, one a paragraph and each only once, and the points."""
+        told = "\n\n".join(dict.fromkeys(verdict._repr_markdown_() for verdict in self.verdicts))
+        return f"{told}\n\n*{self} of {self.points:g} points by these {len(self.verdicts)} checks.*"

@@ -1,0 +1,325 @@
+"""Clustering: the first modes as coordinates, and k-means among them, for meshes, graphs and point clouds alike."""
+
+from __future__ import annotations
+
+import numpy as np
+import scipy.linalg
+import scipy.sparse as sp
+from numpy.typing import ArrayLike
+from scipy.optimize import linear_sum_assignment
+from sklearn.cluster import KMeans
+from threadpoolctl import threadpool_limits  # type: ignore[import-untyped]
+
+from spectral_notes._checks import FloatArray, IntArray, as_choice, as_count, as_floats, as_indices, as_symmetric
+from spectral_notes.descriptors import first_nonzero, global_point_signature
+from spectral_notes.eigenbasis import Eigenbasis
+
+MAX_ROUNDS = 1000  # of k-means; it stops when no label changes, after some tens
+
+
+def spectral_embedding(basis: Eigenbasis, d: int, *, weights: str = "gps") -> FloatArray:
+    """Return the first d modes as coordinates: similar rows are samples that are well connected.
+
+    weights="gps": row x is (phi_j(x) / sqrt(lambda_j)) for the first d modes with lambda_j > 0, the global point
+    signature. All zero modes are left out, so components that are not connected lie on top of each other: cluster each
+    by itself. weights="none": row x is (phi_j(x)) for the first d modes beside the constant; other zero modes stay,
+    and part the components. That is Hall's drawing of a graph, and with M = D the embedding of normalised cuts.
+
+    Parameters
+    ----------
+    basis : Eigenbasis
+        The modes of a mesh, a graph or a point cloud.
+    d : int
+        How many coordinates, at least 1.
+    weights : {"gps", "none"}
+        What a mode is multiplied by: one over its frequency, or nothing.
+
+    Returns
+    -------
+    ndarray, shape (n, d)
+        Defined up to a sign of each column, and a rotation of columns that share an eigenvalue; distances between rows
+        are defined up to nothing, unless d cuts through a group of equal eigenvalues. Without unit for "gps" on
+        a surface.
+
+    Raises
+    ------
+    TypeError, ValueError
+        If `d` is not an integer between 1 and the number of such modes, or `weights` is neither.
+
+    Examples
+    --------
+    >>> from spectral_notes import compute_eigenbasis, graph_laplacian, path_graph
+    >>> basis = compute_eigenbasis(*graph_laplacian(path_graph(50)), k=4)
+    >>> rows = spectral_embedding(basis, 2)
+    >>> rows.shape, bool(np.allclose(rows, basis.evecs[:, 1:3] / np.sqrt(basis.evals[1:3])))
+    ((50, 2), True)
+
+    References
+    ----------
+    Rustamov (2007), section 4; Hall, "An r-dimensional quadratic placement algorithm" (1970); Shi and Malik,
+    "Normalized cuts and image segmentation" (2000).
+    """
+    weights = as_choice("weights", weights, ("gps", "none"))
+    rows = global_point_signature(basis) if weights == "gps" else _without_constant(basis)
+    d = as_count("d", d, 1)
+    if d > rows.shape[1]:
+        raise ValueError(
+            f"d must be at most {rows.shape[1]}, the modes that the basis offers; got {d}: compute more modes"
+        )
+    return np.array(rows[:, :d])
+
+
+def spectral_clusters(
+    rows: ArrayLike, n_clusters: int, *, mass: ArrayLike | None = None, seeding: str = "farthest"
+) -> IntArray:
+    """Return the cluster of each row by k-means: the same on every run, as its seeds are chosen, not drawn.
+
+    Minimises sum_x m_x |row_x - center_label(x)|^2 by Lloyd's steps from the rows that `seed_rows` chooses.
+
+    Parameters
+    ----------
+    rows : array_like, shape (n, d)
+        An embedding; see `spectral_embedding`.
+    n_clusters : int
+        How many clusters, 1 .. the number of different rows.
+    mass : array_like, shape (n,), optional
+        What each sample stands for: the diagonal of M, so that the result does not depend on how densely a part is
+        sampled. Equal if not given.
+    seeding : {"farthest", "qr"}
+        See `seed_rows`.
+
+    Returns
+    -------
+    ndarray, shape (n,)
+        Labels 0 .. n_clusters - 1, each used; number i grew from seed i.
+
+    Raises
+    ------
+    TypeError, ValueError
+        If the rows are not finite, a mass is not positive, there are fewer different rows than clusters, or the
+        seeding does not apply.
+
+    Examples
+    --------
+    >>> spectral_clusters([[0.0], [0.1], [5.0], [5.2], [9.0]], 3).tolist()
+    [1, 1, 2, 2, 0]
+
+    References
+    ----------
+    Lloyd, "Least squares quantization in PCM" (1982).
+    """
+    rows, mass = _rows_and_mass(rows, mass)
+    seeds = seed_rows(rows, n_clusters, mass=mass, seeding=seeding)
+    lloyd = KMeans(len(seeds), init=rows[seeds], n_init=1, max_iter=MAX_ROUNDS, tol=0.0)
+    with threadpool_limits(limits=1, user_api="openmp"):  # threads would add in another order each time
+        return np.asarray(lloyd.fit(rows, sample_weight=mass).labels_, dtype=np.int64)
+
+
+def seed_rows(
+    rows: ArrayLike, n_clusters: int, *, mass: ArrayLike | None = None, seeding: str = "farthest"
+) -> IntArray:
+    """Return the numbers of rows that lie far apart, to start k-means from; no chance takes part.
+
+    "farthest": the row farthest from the center of mass, then always the row farthest from all chosen ones. "qr": the
+    first pivots of a QR factorization of the transposed rows, always the row with the largest part orthogonal to all
+    chosen ones; at most d of them.
+
+    Parameters
+    ----------
+    rows : array_like, shape (n, d)
+        An embedding.
+    n_clusters : int
+        How many seeds.
+    mass : array_like, shape (n,), optional
+        Mass of each row, for the center; equal if not given.
+    seeding : {"farthest", "qr"}
+        How to choose.
+
+    Returns
+    -------
+    ndarray, shape (n_clusters,)
+        Numbers of different rows; of equals the first.
+
+    Raises
+    ------
+    TypeError, ValueError
+        As for `spectral_clusters`.
+
+    Examples
+    --------
+    >>> seed_rows([[0.0], [1.0], [5.0], [9.0]], 3).tolist()
+    [3, 0, 2]
+
+    References
+    ----------
+    Gonzalez, "Clustering to minimize the maximum intercluster distance" (1985); Damle, Minden and Ying, "Simple, direct
+    and efficient multi-way spectral clustering" (2019).
+    """
+    rows, mass = _rows_and_mass(rows, mass)
+    seeding = as_choice("seeding", seeding, ("farthest", "qr"))
+    n_clusters = as_count("n_clusters", n_clusters, 1, len(rows))
+    if seeding == "qr":
+        return _pivots(rows, n_clusters)
+    seeds = [int(np.argmax(_squared_distances(rows, mass @ rows / mass.sum())))]
+    gaps = _squared_distances(rows, rows[seeds[0]])
+    while len(seeds) < n_clusters:
+        seeds.append(int(np.argmax(gaps)))
+        if gaps[seeds[-1]] == 0.0:
+            raise ValueError(
+                f"n_clusters must be at most {len(seeds) - 1}, the number of different rows; got {n_clusters}"
+            )
+        gaps = np.minimum(gaps, _squared_distances(rows, rows[seeds[-1]]))
+    return np.array(seeds, dtype=np.int64)
+
+
+def eigengaps(basis: Eigenbasis) -> FloatArray:
+    """Return how far the spectrum jumps after each mode: a large entry at K - 1 speaks for K clusters.
+
+    Entry K - 1 is 1 - lambda_(K-1) / lambda_K, from 0 (no jump) to 1 (K components that are not connected).
+
+    Parameters
+    ----------
+    basis : Eigenbasis
+        At least two modes.
+
+    Returns
+    -------
+    ndarray, shape (k - 1,)
+        Without unit, 0 .. 1; 0 between two zero eigenvalues.
+
+    Raises
+    ------
+    ValueError
+        If no eigenvalue differs from zero.
+
+    Examples
+    --------
+    >>> from spectral_notes import compute_eigenbasis, interval_laplacian
+    >>> eigengaps(compute_eigenbasis(*interval_laplacian(101), k=4)).round(2).tolist()  # 1 - 0, 1 - 1/4, 1 - 4/9
+    [1.0, 0.75, 0.56]
+
+    References
+    ----------
+    von Luxburg, "A tutorial on spectral clustering" (2007), section 8.3.
+    """
+    first = first_nonzero(basis, 1)
+    gaps = np.zeros(basis.k - 1)
+    lower = np.r_[0.0, basis.evals[first:-1]] if first else basis.evals[:-1]
+    gaps[max(first - 1, 0) :] = 1.0 - lower / basis.evals[max(first, 1) :]
+    return gaps
+
+
+def normalized_cut(L: sp.csr_array, M: sp.csr_array, labels: ArrayLike) -> float:
+    """Return what it costs to cut a domain into the given clusters: at least the sum of the K smallest eigenvalues.
+
+    The sum over clusters A of 1_A^T L 1_A / 1_A^T M 1_A. For a graph with M = D that is the weight of the edges that
+    leave A over the weight of all edges at A, the normalised cut; with M = I the ratio cut.
+
+    Parameters
+    ----------
+    L, M : (n, n) sparse arrays
+        Weak Laplacian, positive semidefinite, and mass matrix.
+    labels : array_like, shape (n,)
+        The cluster of each sample, 0, 1, 2, ...
+
+    Returns
+    -------
+    float
+        In units of the eigenvalues.
+
+    Raises
+    ------
+    TypeError, ValueError
+        If a matrix is not symmetric, or the labels are not one whole number for each sample with none left out.
+
+    Examples
+    --------
+    >>> from spectral_notes import graph_laplacian, path_graph
+    >>> normalized_cut(*graph_laplacian(path_graph(4), mass="degree"), [0, 0, 1, 1])  # 1/3 + 1/3
+    0.6666666666666666
+
+    References
+    ----------
+    Shi and Malik, "Normalized cuts and image segmentation" (2000), eq. 2; von Luxburg (2007), section 5.
+    """
+    L = as_symmetric("L", L)
+    n = L.shape[0]
+    M = as_symmetric("M", M, n)
+    inside = _indicators("labels", labels, n)
+    return float((np.sum(inside * (L @ inside), axis=0) / np.sum(inside * (M @ inside), axis=0)).sum())
+
+
+def match_labels(labels: ArrayLike, reference: ArrayLike) -> IntArray:
+    """Return the same clusters under new numbers, so that as many samples as possible agree with a reference.
+
+    The best one-to-one renumbering, by the Hungarian method.
+
+    Parameters
+    ----------
+    labels, reference : array_like, shape (n,)
+        Two clusterings of the same samples, 0, 1, 2, ...
+
+    Returns
+    -------
+    ndarray, shape (n,)
+        Labels; clusters without a partner take the numbers that are left.
+
+    Raises
+    ------
+    TypeError, ValueError
+        If they are not two arrays of n whole numbers from 0.
+
+    Examples
+    --------
+    >>> match_labels([2, 2, 0, 1], [0, 0, 1, 2]).tolist()
+    [0, 0, 1, 2]
+    """
+    reference = as_indices("reference", reference, ("n",), np.iinfo(np.int64).max)
+    labels = as_indices("labels", labels, (len(reference),), np.iinfo(np.int64).max)
+    n_names = 1 + max(labels.max(initial=0), reference.max(initial=0))
+    shared = sp.coo_array((np.ones(len(labels)), (labels, reference)), (n_names, n_names)).toarray()
+    _, new_names = linear_sum_assignment(shared, maximize=True)
+    return np.asarray(new_names[labels], dtype=np.int64)
+
+
+def _without_constant(basis: Eigenbasis) -> FloatArray:
+    """The modes, the zero ones turned so that the constant is among them, and left out."""
+    zero = first_nonzero(basis, 1)
+    sums = basis.analyze(np.ones(basis.n))[:zero]  # the constant in terms of the zero modes
+    return np.hstack([basis.evecs[:, :zero] @ scipy.linalg.null_space(sums[None]), basis.evecs[:, zero:]])
+
+
+def _rows_and_mass(rows: ArrayLike, mass: ArrayLike | None) -> tuple[FloatArray, FloatArray]:
+    """Rows and positive masses as arrays."""
+    rows = as_floats("rows", rows, ("n", "d"))
+    mass = as_floats("mass", np.ones(len(rows)) if mass is None else mass, (len(rows),))
+    if (mass <= 0.0).any():
+        place = int(np.argmin(mass))
+        raise ValueError(f"mass must be positive; found {mass[place]:g} at {place}")
+    return rows, mass
+
+
+def _squared_distances(rows: FloatArray, point: FloatArray) -> FloatArray:
+    """|row - point|^2 of each row."""
+    return np.asarray(((rows - point) ** 2).sum(axis=1))
+
+
+def _pivots(rows: FloatArray, n_clusters: int) -> IntArray:
+    """The first pivots of QR of the transposed rows."""
+    _, R, pivots = scipy.linalg.qr(rows.T, mode="economic", pivoting=True)
+    rank = int(np.count_nonzero(abs(np.diag(R)) > 1e-12 * abs(R[0, 0])))
+    if n_clusters > rank:
+        raise ValueError(
+            f"n_clusters must be at most {rank}, the rank of the rows, where seeding='qr'; got {n_clusters}: "
+            "take more columns, or seeding='farthest'"
+        )
+    return np.asarray(pivots[:n_clusters], dtype=np.int64)
+
+
+def _indicators(name: str, labels: ArrayLike, n: int) -> FloatArray:
+    """One column of ones and zeros a cluster."""
+    checked = as_indices(name, labels, (n,), n)
+    counts = np.bincount(checked)
+    if not counts.all():
+        raise ValueError(f"{name} must leave no number out; no sample has {int(np.argmin(counts))}")
+    return np.eye(len(counts))[checked]

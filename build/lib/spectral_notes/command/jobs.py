@@ -1,0 +1,324 @@
+"""What the command line does with a shape of your own: modes, segments, small files, health; each gives a `Result`.
+
+A result is what is said, for people and for programs, and what can be written: functions on the shape and pictures.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+import matplotlib.pyplot as plt
+import numpy as np
+import scipy.sparse as sp
+from matplotlib.figure import Figure
+
+from spectral_notes._checks import FloatArray, IntArray, as_count
+from spectral_notes.clustering import spectral_clusters, spectral_embedding
+from spectral_notes.command import own_shape
+from spectral_notes.command.own_shape import Shape
+from spectral_notes.command.reports import report_page
+from spectral_notes.compression import decode, describe, encode, renumbered
+from spectral_notes.eigenbasis import Eigenbasis, compute_eigenbasis
+from spectral_notes.files.arrays import ARRAY_FORMATS, named_arrays, write_arrays
+from spectral_notes.files.eigenbasis_files import write_eigenbasis
+from spectral_notes.files.mesh_files import write_whole
+from spectral_notes.geometry.mesh_distances import vertex_error
+from spectral_notes.geometry.mesh_health import health
+from spectral_notes.laplacians import Pair
+from spectral_notes.matching.shape_matching import match_shapes
+from spectral_notes.meshes import PointCloud, TriangleMesh, positions
+from spectral_notes.plotting import plot_views
+from spectral_notes.plotting.rendering import SurfaceView, choose_gl_window
+from spectral_notes.solver.eigensolver import memory_needed
+
+DEFAULT_MODES = 100
+MAP_MODES = 200  # of a map
+FORMATS = (*ARRAY_FORMATS, ".png", ".html")
+MESH_FORMATS = (".obj", ".off", ".stl", ".ply", ".vtp")
+
+Say = Callable[[str], None]
+
+
+@dataclass(frozen=True)
+class Result:
+    """Hold what a job found: facts for programs, lines for people, and what can be written of it.
+
+    Parameters
+    ----------
+    facts : dict
+        Numbers, strings and lists, for JSON.
+    lines : sequence of str
+        The same, to be read.
+    shape : TriangleMesh or PointCloud
+        The shape that the functions live on.
+    title : str
+        What stands above a report.
+    functions : dict of str to array
+        Functions on its vertices, (n,) or (n, d).
+    colors, kind : str
+        The function that files show as colours, and how.
+    views : sequence of SurfaceView
+        What a picture shows.
+    save_npz : callable
+        Writes the arrays of the result to a new file.
+    """
+
+    facts: dict[str, Any]
+    lines: Sequence[str]
+    shape: Shape
+    title: str = ""
+    functions: dict[str, Any] = field(default_factory=dict)
+    colors: str = ""
+    kind: str = "signed"
+    views: Sequence[SurfaceView] = ()
+    save_npz: Callable[[Path], Any] | None = None
+
+
+def write_result(path: Path, result: Result) -> None:
+    """Write what a result holds to a file whose ending names the format, whole or not at all."""
+    suffix = path.suffix.lower()
+    if suffix == ".png":
+        with still_of(result) as still:
+            write_whole(path, still.savefig)
+    elif suffix == ".html":
+        with still_of(result) as still:
+            page = report_page(result.title, result.facts, result.views, still)
+        write_whole(path, lambda place: place.write_text(page, encoding="utf-8"))
+    elif suffix == ".npz" and result.save_npz is not None:
+        write_whole(path, result.save_npz)
+    else:
+        write_arrays(path, result.shape, result.functions, colors=result.colors, kind=result.kind)
+
+
+@contextmanager
+def still_of(result: Result) -> Iterator[Figure]:
+    """Give the still picture of a result, and close it afterwards: else a notebook would show it as well."""
+    still = plot_views(result.views, n_columns=2 if len(result.views) == 4 else min(3, len(result.views)))
+    try:
+        yield still
+    finally:
+        plt.close(still)
+
+
+def check_pictures(endings: Sequence[str]) -> None:
+    """Raise, before any work is done, when a picture is wanted and nothing can draw it."""
+    if {".png", ".html"} & set(endings):
+        choose_gl_window()
+
+
+def operators_of(shape: Shape, laplacian: str, say: Say) -> Pair:
+    """Return the pair (L, M) of a shape, after a note on each fault that spoils its modes without an error."""
+    for warning in own_shape.warnings_of(shape, laplacian):
+        say(f"note: {warning}")
+    return own_shape.laplacian_of(shape, laplacian)
+
+
+def basis_of(
+    shape: Shape, k: int, laplacian: str, say: Say, *, progress: bool = False, certify: bool = False
+) -> Eigenbasis:
+    """Compute k modes of a shape, telling what is done and what may be wrong."""
+    n = len(positions(shape))
+    k = as_count("k", k, 1, n)
+    L, M = operators_of(shape, laplacian, say)
+    if progress:
+        gigabytes = memory_needed(n, k) / 1e9
+        say(f"{k} modes of {n:,} vertices: the basis takes {gigabytes:.2f} GB; factoring first, then the time left")
+    basis = compute_eigenbasis(L, M, k, progress=progress, certify=certify)
+    for line in own_shape.pieces_of(basis):
+        say(f"note: {line}")
+    return basis
+
+
+def find_modes(
+    shape: Shape, k: int, laplacian: str, say: Say, *, show: Sequence[int] = (), progress: bool = False,
+    certify: bool = False,
+) -> Result:
+    """Compute the eigenfunctions of a shape."""
+    k = k or min(DEFAULT_MODES, len(positions(shape)))
+    basis = basis_of(shape, k, laplacian, say, progress=progress, certify=certify)
+    shown = [as_count("show", mode, 0, basis.k - 1) for mode in show] or own_shape.modes_to_show(basis)
+    worst = float(np.asarray(basis.residuals).max())
+    kind = own_shape.chosen(shape, laplacian)
+    facts = own_shape.size_of(shape) | {
+        "laplacian": kind, "modes": basis.k, "zero_modes": own_shape.zero_modes(basis),
+        "area_of_mass": float(basis.M.sum()), "largest_residual": worst, "certified": certify,
+        "eigenvalues": basis.evals.tolist(),
+    }
+    lines = [
+        f"{shape}",
+        f"{kind} Laplacian, {basis.k} modes, {facts['zero_modes']} with eigenvalue 0",
+        *(f"mode {i:3d}   eigenvalue {basis.evals[i]:10.5g}" for i in sorted({*range(min(basis.k, 8)), basis.k - 1})),
+    ]
+    return Result(
+        facts, lines, shape, f"{shape.name}: {basis.k} modes", {"mode": basis.evecs},
+        colors=_column("mode", shown[0], basis.k),
+        views=[SurfaceView(shape, basis.evecs[:, i], title=f"mode {i}") for i in shown],
+        save_npz=lambda place: write_eigenbasis(place, basis),
+    )
+
+
+def find_segments(shape: Shape, n_segments: int, k: int, laplacian: str, say: Say, *, progress: bool = False) -> Result:
+    """Cut a shape into segments: k-means in the embedding by its first modes that are not constant.
+
+    Of a shape in several pieces each is cut by itself, into a share of the segments by its area.
+    """
+    n_segments = as_count("n", n_segments, 1, len(positions(shape)))
+    L, M = operators_of(shape, laplacian, say)
+    count, pieces = sp.csgraph.connected_components(L, directed=False)
+    if count > 1:
+        say(f"note: the shape falls into {count} pieces; each is cut by itself")
+    labels = np.zeros(len(pieces), dtype=np.int64)
+    done = 0
+    areas = np.bincount(pieces, M.diagonal()).astype(np.float64)
+    for piece, share in enumerate(_shared_out(areas, n_segments)):
+        here = np.flatnonzero(pieces == piece)
+        labels[here] = done + _clusters(L[here][:, here], M[here][:, here], share, k or share + 1, progress)
+        done += share
+    shares = np.bincount(labels, M.diagonal(), minlength=n_segments) / M.diagonal().sum()
+    facts = own_shape.size_of(shape) | {
+        "laplacian": own_shape.chosen(shape, laplacian), "segments": n_segments, "pieces": int(count),
+        "vertices_of_segments": np.bincount(labels, minlength=n_segments).tolist(), "area_shares": shares.tolist(),
+    }
+    lines = [f"{shape}", f"{n_segments} segments"]
+    lines += [f"segment {i}: {share:6.1%} of the area" for i, share in enumerate(shares)]
+    view = SurfaceView(shape, labels, kind="labels", title=f"{n_segments} segments")
+    arrays = named_arrays(shape) | {"segment": labels}
+    return Result(
+        facts, lines, shape, f"{shape.name}: {n_segments} segments", {"segment": labels},
+        colors="segment", kind="labels", views=[view],
+        save_npz=_npz(arrays),
+    )
+
+
+def _clusters(L: sp.csr_array, M: sp.csr_array, n_clusters: int, k: int, progress: bool) -> IntArray:
+    """Labels of the samples of a connected shape."""
+    n = L.shape[0]
+    if n_clusters == 1:
+        return np.zeros(n, dtype=np.int64)
+    basis = compute_eigenbasis(L, M, as_count("k", min(k, n), 2), progress=progress)
+    return spectral_clusters(spectral_embedding(basis, basis.k - 1), n_clusters, mass=M.diagonal())
+
+
+def _shared_out(areas: FloatArray, n_segments: int) -> IntArray:
+    """How many segments each piece gets: one, and the others where the area of a segment is largest."""
+    if n_segments < len(areas):
+        raise ValueError(f"n must be at least {len(areas)}, the number of pieces of the shape; got {n_segments}")
+    shares = np.ones(len(areas), dtype=np.int64)
+    for _ in range(n_segments - len(areas)):
+        shares[np.argmax(areas / shares)] += 1
+    return shares
+
+
+def find_map(
+    mesh_1: Shape, mesh_2: Shape, landmarks: Sequence[str], k: int, laplacian: str, say: Say, *, progress: bool = False
+) -> Result:
+    """Find, for each vertex of the second mesh, its vertex of the first."""
+    if not isinstance(mesh_1, TriangleMesh) or not isinstance(mesh_2, TriangleMesh):
+        raise ValueError("A and B must be triangle meshes to be matched; one of them holds points only")
+    k = as_count("k", k or min(MAP_MODES, mesh_1.n_vertices, mesh_2.n_vertices), 3)
+    pairs = [_landmark(text) for text in landmarks]
+    bases = tuple(basis_of(mesh, k, laplacian, say, progress=progress) for mesh in (mesh_1, mesh_2))
+    match = match_shapes(mesh_1, mesh_2, pairs, k=k, bases=(bases[0], bases[1]))
+    if match.doubt:
+        say(f"note: {match.doubt}; three --landmark pairs, well apart, settle most doubts")
+    hit = len(np.unique(match.p2p_21)) / mesh_1.n_vertices
+    facts = {
+        "a": own_shape.size_of(mesh_1), "b": own_shape.size_of(mesh_2),
+        "laplacian": own_shape.chosen(mesh_1, laplacian),
+        "modes": k, "landmarks": len(pairs), "orientation": match.orientation, "sure": match.is_sure,
+        "doubt": match.doubt, "share_of_a_hit": hit,
+    }
+    lines = [
+        f"A: {mesh_1}", f"B: {mesh_2}", f"map from {k} modes and {len(pairs)} landmarks",
+        f"{match.orientation:.1%} of B's area lands right side up; {hit:.0%} of A's vertices are hit",
+    ]
+    image = mesh_1.vertices[match.p2p_21]
+    functions = {"vertex_of_a": match.p2p_21} | {f"{axis}_of_a": image[:, i] for i, axis in enumerate("xyz")}
+    longest = np.argsort(-np.ptp(mesh_1.vertices, axis=0), kind="stable")
+    views = [
+        SurfaceView(mesh, f, kind="positive", title=f"{name}, coloured by {'xyz'[i]} of A")
+        for i in longest[:2]
+        for name, mesh, f in (("A", mesh_1, mesh_1.vertices[:, i]), ("B", mesh_2, image[:, i]))
+    ]
+    arrays = {"p2p_21": match.p2p_21, "C_12": match.C_12, "evals_1": bases[0].evals, "evals_2": bases[1].evals}
+    return Result(
+        facts, lines, mesh_2, f"{mesh_2.name} mapped to {mesh_1.name}", functions,
+        colors=f"{'xyz'[longest[0]]}_of_a", kind="positive", views=views,
+        save_npz=_npz(arrays),
+    )
+
+
+def _npz(arrays: dict[str, Any]) -> Callable[[Path], Any]:
+    """What writes named arrays to a new file."""
+    return lambda place: np.savez(place, allow_pickle=False, **arrays)
+
+
+def _landmark(text: str) -> list[int]:
+    """A pair of vertices from the words of the command line."""
+    words = text.split(",")
+    if len(words) != 2 or not all(word.strip().isdecimal() for word in words):
+        raise ValueError(f"--landmark must name a vertex of A and one of B, as in 12,40; got {text!r}")
+    return [int(word) for word in words]
+
+
+def examine_health(shape: Shape) -> Result:
+    """Count the faults of a mesh, or the repeated points of a cloud."""
+    size = own_shape.size_of(shape)
+    if isinstance(shape, PointCloud):
+        repeated = shape.n_points - len(np.unique(shape.points + 0.0, axis=0))
+        faults = {"duplicate_points": repeated} if repeated else {}
+        say = f"duplicate points: {repeated}; --clean drops them" if repeated else "no fault found"
+        return Result(size | {"faults": faults}, [f"{shape}", say], shape)
+    report = health(shape)
+    counts = {
+        name: getattr(report, name)
+        for name in (
+            "edges",
+            "components",
+            "boundary_loops",
+            "euler_characteristic",
+            "genus",
+            "is_closed",
+            "is_manifold",
+        )
+    }
+    faults = own_shape.faults_of(report)
+    facts = size | counts | {"boundary_edges": report.faults["boundary_edges"], "faults": faults}
+    return Result(facts, [f"{shape}", *str(report).splitlines()], shape)
+
+
+def compress(mesh: Shape, **target: Any) -> tuple[Result, bytes]:
+    """Encode a mesh as the bytes of a .sgn file, decode them, and measure what was lost."""
+    if isinstance(mesh, PointCloud):
+        raise ValueError("FILE must hold a triangle mesh to be compressed; it holds points only")
+    if target.get("error") is None and target.get("bits_per_vertex") is None:
+        target["error"] = 0.05
+    data = encode(mesh, **target)
+    summary = describe(data)
+    plain = 12 * mesh.n_vertices + 12 * mesh.n_faces
+    lost = vertex_error(renumbered(mesh), decode(data))
+    facts = own_shape.size_of(mesh) | {
+        "codec": summary.codec, "bytes": len(data), "plain_bytes": plain, "ratio": plain / len(data),
+        "geometry_bits_per_vertex": summary.geometry_bits_per_vertex, "vertex_error_percent": lost,
+    }
+    lines = [
+        f"{mesh}",
+        f"{len(data):,} bytes, 1/{plain / len(data):.1f} of the {plain:,} of plain binary ({summary.codec} codec)",
+        f"vertices moved by {lost:.3g} % of the diagonal (root mean square); decoded once to check",
+    ]
+    return Result(facts, lines, mesh), data
+
+
+def decompress(data: bytes, **options: Any) -> tuple[Result, TriangleMesh]:
+    """Decode the bytes of a .sgn file."""
+    mesh = decode(data, **options)
+    return Result(own_shape.size_of(mesh) | {"bytes": len(data)}, [f"{mesh}"], mesh), mesh
+
+
+def _column(name: str, i: int, count: int) -> str:
+    """The name of column i of an array in files."""
+    return f"{name}_{i:0{len(str(count - 1))}d}" if count > 1 else f"{name}_0"

@@ -1,0 +1,128 @@
+"""A shape that came from a file: its Laplacian, chosen openly, and what is worth saying about it before its modes."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from spectral_notes._checks import as_choice
+from spectral_notes.eigenbasis import Eigenbasis
+from spectral_notes.geometry.mesh_health import CONSEQUENCES, MeshHealth, health
+from spectral_notes.laplacians import Pair, cotan_laplacian, robust_cloud_laplacian, robust_mesh_laplacian
+from spectral_notes.meshes import PointCloud, TriangleMesh, positions
+
+Shape = TriangleMesh | PointCloud
+
+LAPLACIANS = ("cotan", "robust")
+NEIGHBORS = 30  # that each local triangulation of a cloud uses; all others in a smaller one
+HARMLESS = ("boundary_edges",)  # counted by the health report, and no fault of a surface that ends somewhere
+WORTH_A_NOTE = {  # what spoils modes without an error, by Laplacian
+    "cotan": ("duplicate_vertices", "duplicate_faces", "sliver_faces", "nonmanifold_edges"),
+    "robust": ("duplicate_vertices", "duplicate_faces"),
+}
+SHOWN = (0, 1, 4, 9, 49, 99)  # modes of a picture, counted from the first that is not constant
+
+
+def laplacian_of(shape: Shape, kind: str = "") -> Pair:
+    """Return the pair (L, M) of a mesh or a point cloud, L weak and positive semidefinite.
+
+    Parameters
+    ----------
+    shape : TriangleMesh or PointCloud
+        The shape.
+    kind : {"", "cotan", "robust"}
+        Which Laplacian; "" is cotan for a mesh and robust for a point cloud, which has no other.
+
+    Returns
+    -------
+    L, M : csr_array, shape (n, n)
+        Weak Laplacian and lumped mass.
+
+    Raises
+    ------
+    ValueError
+        If cotan is asked for on a point cloud, or the Laplacian refuses the mesh.
+
+    Examples
+    --------
+    >>> L, M = laplacian_of(TriangleMesh([[0, 0, 0], [1, 0, 0], [0, 1, 0]], [[0, 1, 2]]))
+    >>> round(float(M.sum()), 3)
+    0.5
+    """
+    kind = chosen(shape, kind)
+    if isinstance(shape, PointCloud):
+        return robust_cloud_laplacian(shape, n_neighbors=min(NEIGHBORS, shape.n_points - 1))
+    return cotan_laplacian(shape) if kind == "cotan" else robust_mesh_laplacian(shape)
+
+
+def chosen(shape: Shape, kind: str = "") -> str:
+    """Return which Laplacian is taken, "cotan" or "robust"; raise where it cannot be.
+
+    Examples
+    --------
+    >>> chosen(PointCloud([[0, 0, 0]]))
+    'robust'
+    """
+    is_cloud = isinstance(shape, PointCloud)
+    kind = as_choice("laplacian", kind or ("robust" if is_cloud else "cotan"), LAPLACIANS)
+    if is_cloud and kind == "cotan":
+        raise ValueError("laplacian must be 'robust' for a point cloud, which has no triangles; got 'cotan'")
+    return kind
+
+
+def size_of(shape: Shape) -> dict[str, Any]:
+    """Return what a shape is, how large, and its name.
+
+    Examples
+    --------
+    >>> size_of(PointCloud([[0, 0, 0], [3, 4, 0]], "two"))
+    {'name': 'two', 'kind': 'point cloud', 'points': 2, 'diagonal': 5.0}
+    """
+    diagonal = float(np.linalg.norm(np.ptp(positions(shape), axis=0)))
+    if isinstance(shape, PointCloud):
+        return {"name": shape.name, "kind": "point cloud", "points": shape.n_points, "diagonal": diagonal}
+    size = {"vertices": shape.n_vertices, "faces": shape.n_faces, "area": shape.area, "diagonal": diagonal}
+    return {"name": shape.name, "kind": "triangle mesh", **size}
+
+
+def faults_of(report: MeshHealth) -> dict[str, int]:
+    """Return the faults that a health report found; a boundary is none."""
+    return {fault: n for fault, n in report.faults.items() if n and fault not in HARMLESS}
+
+
+def warnings_of(shape: Shape, kind: str = "") -> list[str]:
+    """Return a line for each fault of a mesh that spoils its modes without an error.
+
+    Examples
+    --------
+    >>> flat = TriangleMesh([[0, 0, 0], [1, 0, 0], [2, 0.001, 0], [0, 1, 0]], [[0, 1, 2], [0, 2, 3]])
+    >>> [line.split(".")[0] for line in warnings_of(flat)]
+    ['sliver faces: 1']
+    """
+    if isinstance(shape, PointCloud):
+        return []
+    found = health(shape).faults
+    names = [name for name in WORTH_A_NOTE[chosen(shape, kind)] if found[name]]
+    return [f"{name.replace('_', ' ')}: {found[name]}. {CONSEQUENCES[name]}" for name in names]
+
+
+def zero_modes(basis: Eigenbasis) -> int:
+    """Return how many eigenvalues are exactly zero: one for each piece on which constants are modes."""
+    return int((basis.evals == 0).sum())
+
+
+def pieces_of(basis: Eigenbasis) -> list[str]:
+    """Return a line that says what several zero modes mean, or none."""
+    count = zero_modes(basis)
+    if count < 2:
+        return []
+    say = f"the first {count} modes have eigenvalue 0, each constant on one piece and zero on the others"
+    more = "; there may be further pieces: ask for more modes" if count == basis.k else ""
+    return [f"the shape falls into {count} pieces: {say}{more}"]
+
+
+def modes_to_show(basis: Eigenbasis) -> list[int]:
+    """Return up to six modes for a picture: the first that are not constant, and some faster ones."""
+    first = zero_modes(basis)
+    return [first + i for i in SHOWN if first + i < basis.k] or [basis.k - 1]

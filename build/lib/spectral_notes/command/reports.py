@@ -1,0 +1,102 @@
+"""A result as one HTML page that needs no network: the picture, the numbers, and scenes to turn with the mouse.
+
+Plotly.js is copied into the page from the installed package, so that the file can be sent to anybody. The still picture
+is there without a script; the scenes are started on a click.
+"""
+
+from __future__ import annotations
+
+import base64
+import html
+import io
+import json
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from string import Template
+from typing import Any
+
+import plotly
+from matplotlib.figure import Figure
+
+from spectral_notes.plotting.rendering import SurfaceView
+from spectral_notes.plotting.scenes import plain_text, scene_text
+
+PLOTLY = Path(plotly.__file__).parent / "package_data" / "plotly.min.js"
+PAGE = Path(__file__).with_name("report.html")
+LONGEST = 12  # numbers of a list that the table shows; the rest is counted
+
+
+def report_page(title: str, facts: Mapping[str, Any], views: Sequence[SurfaceView], still: Figure) -> str:
+    """Return a whole HTML page about a shape.
+
+    Parameters
+    ----------
+    title : str
+        What stands above.
+    facts : mapping of str to number, string, list or mapping
+        The rows of the table.
+    views : sequence of SurfaceView
+        What the scenes show, one at a time.
+    still : Figure
+        The same, as a picture.
+
+    Returns
+    -------
+    str
+        The page; it asks nothing of any host.
+
+    Examples
+    --------
+    >>> from spectral_notes import plotting, shapes
+    >>> view = SurfaceView(shapes.sphere(1), title="a ball")
+    >>> page = report_page("A ball", {"faces": 80}, [view], plotting.plot_views([view]))
+    >>> page.startswith("<!doctype html>"), "<td>80</td>" in page
+    (True, True)
+    """
+    picture = io.BytesIO()
+    still.savefig(picture, format="png")
+    names = [plain_text(view.title) or "the shape" for view in views]
+    scenes = ",".join(scene_text(view) for view in views)
+    return Template(PAGE.read_text(encoding="utf-8")).substitute(
+        title=html.escape(title),
+        alt=html.escape(f"Still pictures of {', '.join(names)}."),
+        picture=base64.b64encode(picture.getvalue()).decode(),
+        options="".join(f'<option value="{i}">{html.escape(name)}</option>' for i, name in enumerate(names)),
+        rows="".join(f"<tr><th>{html.escape(_words(k))}</th><td>{html.escape(v)}</td></tr>" for k, v in _rows(facts)),
+        scenes=_script_safe(f"[{scenes}]"),
+        plotly=PLOTLY.read_text(encoding="utf-8"),
+    )
+
+
+def _rows(facts: Mapping[str, Any], before: str = "") -> list[tuple[str, str]]:
+    """The rows of the table, those of a mapping after its name."""
+    rows = []
+    for name, value in facts.items():
+        if isinstance(value, Mapping):
+            rows += _rows(value, f"{before}{name} ")
+        elif value != "":
+            rows.append((f"{before}{name}", _text(value)))
+    return rows
+
+
+def _text(value: Any) -> str:
+    """A value as it is read."""
+    if isinstance(value, list):
+        more = f", … ({len(value)} in all)" if len(value) > LONGEST else ""
+        return ", ".join(_text(item) for item in value[:LONGEST]) + more
+    if value is None or isinstance(value, bool):
+        return "–" if value is None else "yes" if value else "no"
+    if isinstance(value, int):
+        return f"{value:,}"
+    return f"{value:.5g}" if isinstance(value, float) else str(value)
+
+
+def _words(name: str) -> str:
+    """The name of a fact in words."""
+    return name.replace("_", " ")
+
+
+def _script_safe(text: str) -> str:
+    """JSON that does not end the script it stands in."""
+    json.loads(text)
+    return text.replace("</", "<\\/")

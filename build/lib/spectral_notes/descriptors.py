@@ -1,0 +1,290 @@
+"""Descriptors: numbers read off an eigenbasis that do not change when the shape moves or bends.
+
+Signatures of points (HKS, WKS, GPS) and of whole shapes (ShapeDNA). Most of them know the size of the shape:
+`unit_area` measures a basis in units of its own area first.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from spectral_notes._checks import FloatArray, as_choice, as_count, as_floats, as_increasing, as_number
+from spectral_notes.eigenbasis import Eigenbasis
+
+
+def unit_area(basis: Eigenbasis) -> Eigenbasis:
+    """Return the basis of the same shape scaled to area one: every descriptor of it is free of scale.
+
+    With A = 1^T M 1: lambda -> A lambda, phi -> sqrt(A) phi, M -> M / A.
+
+    Parameters
+    ----------
+    basis : the modes of a surface
+
+    Returns
+    -------
+    As if computed from the scaled surface, without computing.
+
+    Examples
+    --------
+    >>> from spectral_notes import compute_eigenbasis, cotan_laplacian, shapes
+    >>> basis = compute_eigenbasis(*cotan_laplacian(shapes.sphere(3)), k=4)
+    >>> round(float(unit_area(basis).M.sum()), 12)
+    1.0
+    """
+    area = float(basis.M.sum())
+    residuals = None if basis.residuals is None else area * basis.residuals
+    return replace(basis, evals=area * basis.evals, evecs=np.sqrt(area) * basis.evecs, M=basis.M / area,
+                   residuals=residuals)
+
+
+def global_point_signature(basis: Eigenbasis) -> FloatArray:
+    """Return coordinates of every vertex that know neither pose nor scale: the modes over their frequency.
+
+    GPS(x)_k = phi_k(x) / sqrt(lambda_k), without the zero modes. It is defined up to a sign of each column, and a
+    rotation of columns that share an eigenvalue; distances between rows are defined up to nothing.
+
+    Parameters
+    ----------
+    basis : the modes of a surface
+
+    Returns
+    -------
+    (n, k - number of zero modes): without unit. Raises ValueError if no eigenvalue differs from zero.
+
+    Examples
+    --------
+    >>> from spectral_notes import compute_eigenbasis, cotan_laplacian, shapes
+    >>> basis = compute_eigenbasis(*cotan_laplacian(shapes.sphere(3)), k=9)
+    >>> global_point_signature(basis).shape
+    (642, 8)
+
+    References
+    ----------
+    Rustamov, "Laplace-Beltrami eigenfunctions for deformation invariant shape representation" (2007), section 4.
+    """
+    first = first_nonzero(basis, 1)
+    return np.asarray(basis.evecs[:, first:] / np.sqrt(basis.evals[first:]))
+
+
+def shape_dna(basis: Eigenbasis, *, scale: str = "area") -> FloatArray:
+    """Return the spectrum of a shape without its zeros, ascending and positive: a fingerprint of the whole shape.
+
+    lambda_k times the area, or over the first of them, or as it is, which falls by 1 / s^2 when the shape grows by s.
+
+    Parameters
+    ----------
+    basis : the modes of a surface
+    scale : {"area", "first", "none"}, what takes the scale out
+
+    Returns
+    -------
+    (k - number of zero modes,): without unit; for "none" in 1 / squared units of the vertices. Raises ValueError if the
+    scale is none of these, or no eigenvalue differs from zero.
+
+    Examples
+    --------
+    >>> from spectral_notes import compute_eigenbasis, cotan_laplacian, shapes
+    >>> basis = compute_eigenbasis(*cotan_laplacian(shapes.sphere(3)), k=5)
+    >>> shape_dna(basis, scale="first").round(1).tolist()
+    [1.0, 1.0, 1.0, 3.0]
+
+    References
+    ----------
+    Reuter, Wolter and Peinecke, "Laplace-Beltrami spectra as Shape-DNA of surfaces and solids" (2006).
+    """
+    scale = as_choice("scale", scale, ("area", "first", "none"))
+    evals = basis.evals[first_nonzero(basis, 1) :]
+    return np.array(evals * {"area": float(basis.M.sum()), "first": 1.0 / evals[0], "none": 1.0}[scale])
+
+
+def spectral_distances(spectra: ArrayLike) -> FloatArray:
+    """Return the distance between every two spectra: the root mean square of ln(lambda_k / mu_k).
+
+    The logarithm compares each mode in percent. The plain difference would be ruled by the last ones: eigenvalues of a
+    surface grow like k.
+
+    Parameters
+    ----------
+    spectra : (s, p), one spectrum a row, positive; see `shape_dna`
+
+    Returns
+    -------
+    (s, s): symmetric, zero on the diagonal, without unit: 0.01 means eigenvalues that differ by one percent. Raises
+    TypeError or ValueError if a number is not positive.
+
+    Examples
+    --------
+    >>> spectral_distances([[1.0, 4.0], [1.01, 4.04]]).round(4).tolist()
+    [[0.0, 0.01], [0.01, 0.0]]
+    """
+    spectra = as_floats("spectra", spectra, ("s", "p"))
+    if (spectra <= 0.0).any():
+        raise ValueError(f"spectra must be positive, without the zero modes; found {spectra.min():g}")
+    logarithms = np.log(spectra)
+    return np.sqrt(((logarithms[:, None] - logarithms[None]) ** 2).mean(axis=2))
+
+
+ZERO = 1e-9  # eigenvalues below this part of the largest count as zero
+
+
+def heat_kernel_signature(basis: Eigenbasis, times: ArrayLike) -> FloatArray:
+    """Return how much heat of a drop is still where it fell, at each vertex and time: positive, falling with time.
+
+    HKS(x, t) = sum_k exp(-lambda_k t) phi_k(x)^2. Scaled by s: HKS_s(x, s^2 t) = HKS(x, t) / s^2.
+
+    Parameters
+    ----------
+    basis : the modes
+    times : (p,), times, positive, in squared units of the vertices; `signature_times` chooses them
+
+    Returns
+    -------
+    (n, p): pointwise, in 1 / squared units of the vertices; tends to 1 / area at long times. Raises TypeError or
+    ValueError if a time is not a positive number.
+
+    Examples
+    --------
+    >>> from spectral_notes import compute_eigenbasis, cotan_laplacian, shapes
+    >>> basis = compute_eigenbasis(*cotan_laplacian(shapes.sphere(3)), k=30)
+    >>> hks = heat_kernel_signature(basis, [60.0])
+    >>> bool(np.allclose(hks, 1.0 / basis.M.sum()))  # long times: 1 / area
+    True
+
+    References
+    ----------
+    Sun, Ovsjanikov and Guibas, "A concise and provably informative multi-scale signature based on heat diffusion"
+    (2009), eq. 4.
+    """
+    times = as_floats("times", times, ("p",))
+    if (times <= 0.0).any():
+        raise ValueError(f"times must be positive; found {times.min():g}")
+    return np.asarray(basis.evecs**2 @ np.exp(-np.outer(np.maximum(basis.evals, 0.0), times)))
+
+
+def signature_times(basis: Eigenbasis, n_times: int = 16) -> FloatArray:
+    """Return times for `heat_kernel_signature`, ascending and evenly spaced in their logarithm.
+
+    From 4 ln 10 / lambda_max, when the last mode counts 1e-4, to 4 ln 10 / lambda_1, when the first does.
+
+    Parameters
+    ----------
+    basis : the modes
+    n_times : how many, at least 2
+
+    Returns
+    -------
+    (n_times,): in squared units of the vertices. Raises TypeError or ValueError if n_times is below 2, or fewer than
+    two eigenvalues differ from zero.
+
+    Examples
+    --------
+    >>> from spectral_notes import compute_eigenbasis, interval_laplacian
+    >>> basis = compute_eigenbasis(*interval_laplacian(101), k=11)
+    >>> times = signature_times(basis, 3)
+    >>> (times[2] / times[0]).round(1).item()  # lambda_10 / lambda_1, nearly 10^2
+    99.2
+
+    References
+    ----------
+    Sun, Ovsjanikov and Guibas (2009), section 5.
+    """
+    n_times, evals = as_count("n_times", n_times, 2), basis.evals[first_nonzero(basis, 2) :]
+    span = 4.0 * np.log(10.0)
+    return np.geomspace(span / evals[-1], span / evals[0], n_times)
+
+
+def wave_kernel_signature(basis: Eigenbasis, energies: ArrayLike, width: float) -> FloatArray:
+    """Return how likely a quantum particle of about a given energy is found at each vertex, averaged over time.
+
+    WKS(x, e) = sum_k g_k(e) phi_k(x)^2 / sum_k g_k(e), g_k(e) = exp(-(e - ln lambda_k)^2 / (2 width^2)), without the
+    zero modes. Scaled by s: WKS_s(x, e - 2 ln s) = WKS(x, e) / s^2.
+
+    Parameters
+    ----------
+    basis : the modes
+    energies : (p,) array_like, p >= 2, logarithms of eigenvalues, ascending; `signature_energies` chooses them, and the
+        width
+    width : standard deviation in e, above 0
+
+    Returns
+    -------
+    (n, p): pointwise, in 1 / squared units of the vertices; each column integrates to one. Raises TypeError or
+    ValueError if energies do not increase, the width is not positive, or fewer than two eigenvalues differ from zero.
+
+    Examples
+    --------
+    >>> from spectral_notes import compute_eigenbasis, cotan_laplacian, shapes
+    >>> basis = compute_eigenbasis(*cotan_laplacian(shapes.egg(3)), k=40)
+    >>> wks = wave_kernel_signature(basis, *signature_energies(basis, 8))
+    >>> (basis.M @ wks).sum(axis=0).round(12).tolist()
+    [1.0, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0]
+
+    References
+    ----------
+    Aubry, Schlickewei and Cremers, "The wave kernel signature" (2011), section 3.
+    """
+    energies, width = as_increasing("energies", energies), as_number("width", width, above=0.0)
+    first = first_nonzero(basis, 2)
+    distance = (energies - np.log(basis.evals[first:, None])) / width  # (modes, p)
+    nearest = (distance**2).min(axis=0)  # taken off, so that no column underflows
+    gains = np.exp(-0.5 * (distance**2 - nearest))
+    return np.asarray(basis.evecs[:, first:] ** 2 @ (gains / gains.sum(axis=0)))
+
+
+def signature_energies(basis: Eigenbasis, n_energies: int = 100) -> tuple[FloatArray, float]:
+    """Return energies and a width for `wave_kernel_signature`: evenly spaced, two widths inside the spectrum's ends.
+
+    The width is seven steps between energies.
+
+    Parameters
+    ----------
+    basis : the modes
+    n_energies : how many, at least 2
+
+    Returns
+    -------
+    energies (n_energies,): logarithms of eigenvalues; width: in the same unit. Raises TypeError or ValueError if
+    n_energies is below 2, or fewer than two eigenvalues differ from zero.
+
+    Examples
+    --------
+    >>> from spectral_notes import compute_eigenbasis, interval_laplacian
+    >>> basis = compute_eigenbasis(*interval_laplacian(101), k=20)
+    >>> energies, width = signature_energies(basis, 50)
+    >>> bool(np.isclose(width, 7 * (energies[1] - energies[0])))
+    True
+    """
+    n_energies = as_count("n_energies", n_energies, 2)
+    low, high = np.log(basis.evals[[first_nonzero(basis, 2), -1]])
+    width = 7.0 * (high - low) / (n_energies - 1 + 28.0)
+    return np.linspace(low + 2.0 * width, high - 2.0 * width, n_energies), float(width)
+
+
+def first_nonzero(basis: Eigenbasis, n_wanted: int) -> int:
+    """Return the number of the first mode with an eigenvalue above zero, and refuse a basis without enough of them.
+
+    Eigenvalues up to 1e-9 of the largest count as zero: the constants, one a connected component.
+
+    Parameters
+    ----------
+    basis : the modes
+    n_wanted : how many nonzero ones are needed
+
+    Returns
+    -------
+    The number of zero modes. Raises ValueError if fewer than `n_wanted` modes follow the zero modes.
+
+    Examples
+    --------
+    >>> from spectral_notes import compute_eigenbasis, interval_laplacian
+    >>> first_nonzero(compute_eigenbasis(*interval_laplacian(11), k=3), 2)
+    1
+    """
+    first = int(np.count_nonzero(basis.evals <= ZERO * basis.evals[-1]))
+    if basis.evals[-1] <= 0.0 or basis.k - first < n_wanted:
+        raise ValueError(f"basis must hold at least {n_wanted} modes beyond the constants; it holds {basis.k - first}")
+    return first

@@ -1,0 +1,476 @@
+"""Heat, waves and quantum motion on any domain, and every filter: each scales the coefficients of an eigenbasis.
+
+Analyze, multiply coefficient k by a function of its eigenvalue, synthesize. What the basis does not hold is lost,
+unless a filter says what becomes of it. Smoothing by steps needs no eigenbasis: explicit, implicit, and Taubin's
+two-step that does not shrink are filters as well; their response is the formula in each docstring.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+import scipy.sparse as sp
+from numpy.typing import ArrayLike, NDArray
+from scipy.sparse.linalg import splu
+
+from spectral_notes._checks import FloatArray, as_count, as_floats, as_number, as_signal, as_symmetric
+from spectral_notes.eigenbasis import Eigenbasis
+from spectral_notes.meshes import TriangleMesh, is_closed
+
+ComplexArray = NDArray[np.complex128]
+
+
+def filter_signal(basis: Eigenbasis, f: ArrayLike, gains: ArrayLike, *, beyond: float = 0.0) -> FloatArray:
+    """Return the signal whose k-th coefficient has been multiplied by the k-th gain.
+
+    Phi g(Lambda) Phi^T M f + beyond (f - Phi Phi^T M f).
+
+    Parameters
+    ----------
+    basis : Eigenbasis
+        The modes.
+    f : array_like, shape (n,) or (n, d)
+        The signal, pointwise; the three coordinates of a mesh's vertices are one with d = 3.
+    gains : array_like, shape (k,)
+        One factor a mode, mostly a function of `basis.evals`.
+    beyond : float
+        Gain of what the basis does not hold: 0 drops it, 1 keeps it.
+
+    Returns
+    -------
+    ndarray, shape of f
+        The filtered signal, pointwise.
+
+    Raises
+    ------
+    TypeError, ValueError
+        If shapes do not fit or numbers are not finite.
+
+    Examples
+    --------
+    >>> from spectral_notes import compute_eigenbasis, interval_laplacian
+    >>> basis = compute_eigenbasis(*interval_laplacian(21), k=21)
+    >>> ramp = np.linspace(0.0, 1.0, 21)
+    >>> filter_signal(basis, ramp, basis.evals < 1.0)[:2].round(12).tolist()  # only the constant passes: the mean
+    [0.5, 0.5]
+
+    References
+    ----------
+    Vallet and Levy, "Spectral geometry processing with manifold harmonics" (2008), section 4.
+    """
+    signal = as_signal("f", f, basis.n)
+    gains = as_floats("gains", gains, (basis.k,))
+    beyond = as_number("beyond", beyond)
+    return beyond * signal + basis.synthesize(_scale(gains - beyond, basis.analyze(signal)))
+
+
+def point_source(M: sp.csr_array, vertex: int) -> FloatArray:
+    """Return one unit of heat, gathered at one vertex: a density that is zero elsewhere and integrates to one.
+
+    Parameters
+    ----------
+    M : sparse array, shape (n, n)
+        Mass matrix, lumped or full.
+    vertex : int
+        Where, 0 .. n - 1.
+
+    Returns
+    -------
+    ndarray, shape (n,)
+        Pointwise, in 1 / squared units of the vertices.
+
+    Raises
+    ------
+    TypeError, ValueError
+        If M is not symmetric or there is no such vertex.
+
+    Examples
+    --------
+    >>> from spectral_notes import interval_laplacian
+    >>> point_source(interval_laplacian(5)[1], 2).tolist()  # a vertex stands for a length of 1/4
+    [0.0, 0.0, 4.0, 0.0, 0.0]
+    """
+    M = as_symmetric("M", M)
+    f = np.zeros(M.shape[0])
+    vertex = as_count("vertex", vertex, 0, len(f) - 1)
+    f[vertex] = 1.0 / M.sum(axis=0)[vertex]
+    return f
+
+
+def heat(basis: Eigenbasis, f: ArrayLike, t: float) -> FloatArray:
+    """Return the temperature at time t of a domain that starts at temperature f: every coefficient decays.
+
+    u(t) = Phi exp(-Lambda t) Phi^T M f solves du/dt = Laplacian u with conductivity one; nothing leaves the domain.
+
+    Parameters
+    ----------
+    basis : Eigenbasis
+        The modes. With k of them the answer misses what is smaller than exp(-lambda_k t) of f.
+    f : array_like, shape (n,) or (n, d)
+        Temperature at time zero, pointwise.
+    t : float
+        Time, at least 0, in squared units of the vertices.
+
+    Returns
+    -------
+    ndarray, shape of f
+        Temperature at time t, pointwise.
+
+    Raises
+    ------
+    TypeError, ValueError
+        If f does not fit the basis or t is negative.
+
+    Examples
+    --------
+    >>> from spectral_notes import compute_eigenbasis, interval_laplacian
+    >>> basis = compute_eigenbasis(*interval_laplacian(51), k=51)
+    >>> u = heat(basis, np.arange(51) < 10, 5.0)
+    >>> bool(np.allclose(u, 9.5 / 50))  # in the end everything has the mean temperature
+    True
+    """
+    return filter_signal(basis, f, np.exp(-as_number("t", t, low=0.0) * _nonnegative(basis)))
+
+
+def wave(basis: Eigenbasis, f: ArrayLike, t: float, velocity: ArrayLike | None = None) -> FloatArray:
+    """Return the height at time t of a wave that starts at height f: every coefficient swings, none decays.
+
+    u(t) = Phi (cos(w t) a + sin(w t) / w b) with w = sqrt(lambda), a and b the coefficients of f and of the velocity;
+    it solves d2u/dt2 = Laplacian u, whose fronts move at speed one. For w = 0 the second term is t b.
+
+    Parameters
+    ----------
+    basis : Eigenbasis
+        The modes.
+    f : array_like, shape (n,) or (n, d)
+        Height at time zero, pointwise.
+    t : float
+        Time, of either sign, in units of the vertices.
+    velocity : array_like, shape of f, optional
+        Velocity at time zero; at rest by default.
+
+    Returns
+    -------
+    ndarray, shape of f
+        Height at time t, pointwise.
+
+    Raises
+    ------
+    TypeError, ValueError
+        If f or the velocity does not fit the basis, or t is not a finite number.
+
+    Examples
+    --------
+    >>> from spectral_notes import compute_eigenbasis, interval_laplacian
+    >>> basis = compute_eigenbasis(*interval_laplacian(51), k=51)
+    >>> u = wave(basis, np.zeros(51), 0.25, velocity=np.ones(51))
+    >>> bool(np.allclose(u, 0.25))  # a push that is the same everywhere drives the whole string along
+    True
+    """
+    signal, t = as_signal("f", f, basis.n), as_number("t", t)
+    frequencies = np.sqrt(_nonnegative(basis))
+    u = filter_signal(basis, signal, np.cos(frequencies * t))
+    if velocity is None:
+        return u
+    push = as_floats("velocity", velocity, signal.shape)
+    return u + filter_signal(basis, push, t * np.sinc(frequencies * t / np.pi))  # sin(w t) / w, and t where w = 0
+
+
+def schroedinger(basis: Eigenbasis, f: ArrayLike, t: float) -> ComplexArray:
+    """Return the complex state at time t of a free quantum particle in the state f: every coefficient turns.
+
+    psi(t) = Phi exp(-i Lambda t / 2) Phi^T M f solves i dpsi/dt = -1/2 Laplacian psi; the probability psi* M psi stays.
+
+    Parameters
+    ----------
+    basis : Eigenbasis
+        The modes.
+    f : array_like of real or complex numbers, shape (n,) or (n, d)
+        State at time zero, pointwise.
+    t : float
+        Time, of either sign, in squared units of the vertices.
+
+    Returns
+    -------
+    ndarray of complex128, shape of f
+        State at time t, pointwise; `abs(psi) ** 2` is a probability density.
+
+    Raises
+    ------
+    TypeError, ValueError
+        If f does not fit the basis or t is not a finite number.
+
+    Examples
+    --------
+    >>> from spectral_notes import compute_eigenbasis, interval_laplacian
+    >>> basis = compute_eigenbasis(*interval_laplacian(51), k=51)
+    >>> psi = schroedinger(basis, basis.evecs[:, 1], 0.3)
+    >>> bool(np.allclose(abs(psi), abs(basis.evecs[:, 1])))  # a mode only turns its phase
+    True
+    """
+    t, state = as_number("t", t), np.asarray(f)
+    c = basis.analyze(state.real) + 1j * basis.analyze(state.imag)
+    c = _scale(np.exp(-0.5j * t * basis.evals), c)
+    return np.asarray(basis.synthesize(c.real) + 1j * basis.synthesize(c.imag))
+
+
+def _scale(gains: NDArray[np.inexact], c: NDArray[np.inexact]) -> NDArray[np.inexact]:
+    """Multiply row k of the coefficients by gain k."""
+    return (gains * c.T).T
+
+
+def _nonnegative(basis: Eigenbasis) -> FloatArray:
+    """The eigenvalues, those below zero by rounding set to zero."""
+    return np.maximum(basis.evals, 0.0)
+
+
+def explicit_steps(L: sp.csr_array, M: sp.csr_array, f: ArrayLike, step: float, n_steps: int = 1) -> FloatArray:
+    """Return f after explicit heat steps: cheap, and unstable when step is above 2 / largest eigenvalue.
+
+    u <- u - step M^-1 L u, which multiplies mode lambda by (1 - step lambda)^n_steps.
+
+    Parameters
+    ----------
+    L, M : sparse array, shape (n, n)
+        Laplacian (positive semidefinite) and lumped mass matrix.
+    f : array_like, shape (n,) or (n, d)
+        The signal, pointwise.
+    step : float
+        Time step, above 0; `stable_step` is always safe.
+    n_steps : int
+        How many, at least 1.
+
+    Returns
+    -------
+    ndarray, shape of f
+        The smoothed signal, pointwise.
+
+    Raises
+    ------
+    TypeError, ValueError
+        If shapes do not fit, M is not diagonal, or the step is not positive.
+
+    Examples
+    --------
+    >>> from spectral_notes import interval_laplacian
+    >>> L, M = interval_laplacian(5)
+    >>> explicit_steps(L, M, [0.0, 0, 1, 0, 0], step=0.02).round(12).tolist()
+    [0.0, 0.32, 0.36, 0.32, 0.0]
+    """
+    return _apply_factors(L, M, f, [as_number("step", step, above=0.0)], n_steps)
+
+
+def taubin_steps(
+    L: sp.csr_array, M: sp.csr_array, f: ArrayLike, step: float, n_steps: int = 1, *, pass_band: float
+) -> FloatArray:
+    """Return f after pairs of a shrinking and a slightly larger inflating step: a low-pass of gain one at pass_band.
+
+    u <- (I + inflate M^-1 L) (I - step M^-1 L) u with 1 / step - 1 / inflate = pass_band, which multiplies mode lambda
+    by ((1 - step lambda) (1 + inflate lambda))^n_steps: one at 0 and at pass_band, a little more between.
+
+    Parameters
+    ----------
+    L, M : sparse array, shape (n, n)
+        Laplacian (positive semidefinite) and lumped mass matrix.
+    f : array_like, shape (n,) or (n, d)
+        The signal, pointwise.
+    step : float
+        The shrinking time step, above 0 and below 1 / pass_band; `stable_step` is about the most that stays stable.
+    n_steps : int
+        How many pairs, at least 1.
+    pass_band : float
+        The eigenvalue above which modes are damped, greater than 0.
+
+    Returns
+    -------
+    ndarray, shape of f
+        The smoothed signal, pointwise.
+
+    Raises
+    ------
+    TypeError, ValueError
+        If shapes do not fit, M is not diagonal, or step and pass_band do not allow a positive inflating step.
+
+    Examples
+    --------
+    >>> from spectral_notes import interval_laplacian
+    >>> L, M = interval_laplacian(5)
+    >>> taubin_steps(L, M, [1.0, 1, 1, 1, 1], step=0.02, n_steps=9, pass_band=5.0).round(12).tolist()
+    [1.0, 1.0, 1.0, 1.0, 1.0]
+
+    References
+    ----------
+    Taubin, "A signal processing approach to fair surface design" (1995), section 3.
+    """
+    step = as_number("step", step, above=0.0)
+    pass_band = as_number("pass_band", pass_band, above=0.0)
+    if step * pass_band >= 1.0:
+        raise ValueError(f"step must be below 1 / pass_band = {1.0 / pass_band:.3g}; got {step:.3g}")
+    inflate = step / (1.0 - step * pass_band)
+    return _apply_factors(L, M, f, [step, -inflate], n_steps)
+
+
+def implicit_steps(L: sp.csr_array, M: sp.csr_array, f: ArrayLike, step: float, n_steps: int = 1) -> FloatArray:
+    """Return f after implicit (backward Euler) heat steps: one factorization, and stable for every step.
+
+    (M + step L) u_new = M u, which multiplies mode lambda by (1 + step lambda)^-n_steps.
+
+    Parameters
+    ----------
+    L, M : sparse array, shape (n, n)
+        Laplacian (positive semidefinite) and mass matrix, lumped or full.
+    f : array_like, shape (n,) or (n, d)
+        The signal, pointwise.
+    step : float
+        Time step, above 0.
+    n_steps : int
+        How many, at least 1.
+
+    Returns
+    -------
+    ndarray, shape of f
+        The smoothed signal, pointwise.
+
+    Raises
+    ------
+    TypeError, ValueError
+        If shapes do not fit or the step is not positive.
+
+    Examples
+    --------
+    >>> from spectral_notes import interval_laplacian
+    >>> L, M = interval_laplacian(5)
+    >>> u = implicit_steps(L, M, [0.0, 0, 1, 0, 0], step=100.0)
+    >>> u.round(2).tolist()  # one long step: nearly the mean, and nothing explodes
+    [0.25, 0.25, 0.25, 0.25, 0.25]
+
+    References
+    ----------
+    Desbrun, Meyer, Schroeder and Barr, "Implicit fairing of irregular meshes using diffusion and curvature flow"
+    (1999).
+    """
+    L = as_symmetric("L", L)
+    M = as_symmetric("M", M, L.shape[0])
+    u = as_signal("f", f, L.shape[0])
+    step = as_number("step", step, above=0.0)
+    solver = splu(sp.csc_array(M + step * L), permc_spec="MMD_AT_PLUS_A", options={"SymmetricMode": True})
+    for _ in range(as_count("n_steps", n_steps, 1)):
+        u = solver.solve(M @ u)
+    return np.asarray(u)
+
+
+def stable_step(L: sp.csr_array, M: sp.csr_array) -> float:
+    """Return a time step at which no mode changes sign in an explicit step: 1 / a bound of the largest eigenvalue.
+
+    The bound is Gershgorin's, the largest sum of |entries| in a row of M^-1 L. It is at most about twice too large.
+
+    Parameters
+    ----------
+    L, M : sparse array, shape (n, n)
+        Laplacian and lumped mass matrix.
+
+    Returns
+    -------
+    float
+        In units of time; an explicit step may be up to twice as long.
+
+    Raises
+    ------
+    TypeError, ValueError
+        If shapes do not fit or M is not diagonal.
+
+    Examples
+    --------
+    >>> from spectral_notes import interval_laplacian
+    >>> stable_step(*interval_laplacian(5))  # h^2 / 4 with h = 1/4
+    0.015625
+    """
+    L = as_symmetric("L", L)
+    return float(1.0 / (np.abs(L).sum(axis=1) / _lumped(M, L.shape[0])).max())
+
+
+def enclosed_volume(mesh: TriangleMesh) -> float:
+    """Return the volume inside a closed mesh, positive when its normals point outwards.
+
+    The sum over the faces of det(p, q, r) / 6: tetrahedra with the origin as their fourth corner.
+
+    Parameters
+    ----------
+    mesh : TriangleMesh
+        A closed mesh, oriented.
+
+    Returns
+    -------
+    float
+        In cubic units of the vertices.
+
+    Raises
+    ------
+    ValueError
+        If the mesh has a boundary.
+
+    Examples
+    --------
+    >>> corner = [[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1]]
+    >>> round(enclosed_volume(TriangleMesh(corner, [[0, 2, 1], [0, 1, 3], [0, 3, 2], [1, 2, 3]])), 12)  # 1/6
+    0.166666666667
+    """
+    if not is_closed(mesh):
+        raise ValueError("mesh must be closed to enclose a volume; it has a boundary")
+    centred = mesh.vertices - mesh.vertices.mean(axis=0)
+    return float(np.linalg.det(centred[mesh.faces]).sum() / 6.0)
+
+
+def restore_volume(mesh: TriangleMesh, volume: float) -> TriangleMesh:
+    """Return the mesh scaled about the mean of its vertices until it encloses the given volume: the cure for shrinkage.
+
+    Parameters
+    ----------
+    mesh : TriangleMesh
+        A closed mesh with normals outwards.
+    volume : float
+        The volume wanted, above 0.
+
+    Returns
+    -------
+    TriangleMesh
+        The same faces and name, vertices scaled.
+
+    Raises
+    ------
+    TypeError, ValueError
+        If the mesh has a boundary or encloses no positive volume, or `volume` is not positive.
+
+    Examples
+    --------
+    >>> from spectral_notes.shapes import sphere
+    >>> round(enclosed_volume(restore_volume(sphere(2), 5.0)), 12)
+    5.0
+    """
+    volume, present = as_number("volume", volume, above=0.0), enclosed_volume(mesh)
+    if present <= 0.0:
+        raise ValueError(f"mesh must enclose a positive volume; it is {present:.3g}: turn the faces around")
+    center = mesh.vertices.mean(axis=0)
+    grown = center + np.cbrt(volume / present) * (mesh.vertices - center)
+    return TriangleMesh(grown, mesh.faces, mesh.name)
+
+
+def _apply_factors(
+    L: sp.csr_array, M: sp.csr_array, f: ArrayLike, steps: list[float], n_steps: int
+) -> FloatArray:
+    """Apply I - s M^-1 L for each s of `steps`, `n_steps` times over."""
+    L = as_symmetric("L", L)
+    u = as_signal("f", f, L.shape[0])
+    pointwise = sp.csr_array(sp.diags_array(1.0 / _lumped(M, L.shape[0])) @ L)
+    for _ in range(as_count("n_steps", n_steps, 1)):
+        for step in steps:
+            u = u - step * (pointwise @ u)
+    return u
+
+
+def _lumped(M: sp.csr_array, n: int) -> FloatArray:
+    """The diagonal of a lumped mass matrix; a full one is refused, its inverse is not sparse."""
+    M = as_symmetric("M", M, n)
+    diagonal = M.diagonal()
+    if np.abs(M - sp.diags_array(diagonal)).sum() > 0.0 or (diagonal <= 0.0).any():
+        raise ValueError("M must be diagonal and positive (mass='lumped'); for a full one use implicit_steps")
+    return np.asarray(diagonal)

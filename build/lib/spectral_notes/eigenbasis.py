@@ -1,0 +1,261 @@
+"""The eigenbasis of a domain: the modes of L phi = lambda M phi, and the pair analyze and synthesize.
+
+Only where `(L, M)` come from changes from page to page; what happens here is the same for a circle, a graph,
+a mesh and a point cloud.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+import scipy.sparse as sp
+from numpy.typing import ArrayLike
+from threadpoolctl import threadpool_limits  # type: ignore[import-untyped]
+
+from spectral_notes._checks import FloatArray, as_choice, as_count, as_floats, as_number, as_signal, as_symmetric
+from spectral_notes.solver import eigensolver
+from spectral_notes.solver.factorization import FACTORS
+
+SIGN_TIE = 1e-6  # entries this close in magnitude count as equal, so that rounding does not choose the sign
+
+
+@dataclass(frozen=True, eq=False)
+class Eigenbasis:
+    """Hold the first k modes of L phi = lambda M phi: the Fourier basis of a domain.
+
+    The modes are orthonormal in the inner product of the domain, `evecs.T @ M @ evecs = I`, and ordered by
+    eigenvalue, which is the square of a frequency.
+
+    Parameters
+    ----------
+    evals : (k,) array
+        Eigenvalues in ascending order; 1 / length^2 for a Laplacian.
+    evecs : (n, k) array
+        One mode a column; pointwise values.
+    M : (n, n) sparse array
+        The mass matrix, symmetric positive definite.
+    residuals : (k,) array, optional
+        |L phi - lambda M phi| of each mode, in the norm of the inverse of M's diagonal, so in units of the eigenvalues;
+        NaN where nobody measured it.
+
+    Examples
+    --------
+    >>> from spectral_notes.laplacians import interval_laplacian
+    >>> basis = compute_eigenbasis(*interval_laplacian(101), k=3)
+    >>> np.round(basis.evals / np.pi**2, 2)
+    array([0., 1., 4.])
+    """
+
+    evals: FloatArray
+    evecs: FloatArray
+    M: sp.csr_array
+    residuals: FloatArray | None = None
+
+    def __post_init__(self) -> None:
+        evals = _frozen("evals", self.evals, ("k",))
+        evecs = _frozen("evecs", self.evecs, ("n", len(evals)))
+        measured = np.full(len(evals), np.nan) if self.residuals is None else np.asarray(self.residuals)
+        measured.setflags(write=False)
+        object.__setattr__(self, "evals", evals)
+        object.__setattr__(self, "evecs", evecs)
+        object.__setattr__(self, "M", as_symmetric("M", self.M, len(evecs)))
+        object.__setattr__(self, "residuals", measured)
+
+    @property
+    def k(self) -> int:
+        """The number of modes."""
+        return int(self.evecs.shape[1])
+
+    @property
+    def n(self) -> int:
+        """The number of samples (vertices, points, nodes)."""
+        return int(self.evecs.shape[0])
+
+    def analyze(self, f: ArrayLike) -> FloatArray:
+        """Return the coefficients of a signal: its inner products with the modes.
+
+        c = Phi^T M f.
+
+        Parameters
+        ----------
+        f : (n,) or (n, d) array
+            A signal, or d signals side by side; pointwise values.
+
+        Returns
+        -------
+        (k,) or (k, d) array
+            The coefficients.
+
+        Raises
+        ------
+        ValueError
+            If `f` does not have n rows, or is not finite.
+        """
+        signal = as_signal("f", f, self.n)
+        return np.asarray(self.evecs.T @ (self.M @ signal))
+
+    def synthesize(self, c: ArrayLike) -> FloatArray:
+        """Return the signal that has the given coefficients: a sum of modes.
+
+        f = Phi c.  After `analyze` it is the best approximation of a signal by k modes.
+
+        Parameters
+        ----------
+        c : (k,) or (k, d) array
+            Coefficients, one a mode.
+
+        Returns
+        -------
+        (n,) or (n, d) array
+            The signal; pointwise values.
+
+        Raises
+        ------
+        ValueError
+            If `c` does not have k rows, or is not finite.
+        """
+        return np.asarray(self.evecs @ as_signal("c", c, self.k))
+
+    def truncate(self, k: int) -> Eigenbasis:
+        """Return the basis of the first k modes.
+
+        Parameters
+        ----------
+        k : int
+            How many modes to keep, 1 .. the number there are.
+
+        Returns
+        -------
+        Eigenbasis
+            The same modes, fewer of them.
+
+        Raises
+        ------
+        ValueError
+            If `k` is not between 1 and the number of modes.
+        """
+        k = as_count("k", k, 1, self.k)
+        assert self.residuals is not None
+        return Eigenbasis(self.evals[:k], self.evecs[:, :k], self.M, self.residuals[:k])
+
+    def orthonormality_error(self) -> float:
+        """Return the largest entry of |Phi^T M Phi - I|: zero to rounding after `compute_eigenbasis`.
+
+        Returns
+        -------
+        float
+            Without unit.
+        """
+        return float(abs(self.evecs.T @ (self.M @ self.evecs) - np.eye(self.k)).max())
+
+
+def compute_eigenbasis(
+    L: sp.csr_array, M: sp.csr_array, k: int, *, seed: int = 0, tol: float = 1e-8, certify: bool = False,
+    progress: bool = False, threads: int = 1, factor: str = "auto", max_bytes: float | None = None,
+) -> Eigenbasis:
+    """Compute the k smallest eigenpairs of L phi = lambda M phi, ascending, with L positive semidefinite.
+
+    The columns are orthonormal in M, and in each one the entry of largest magnitude is positive. Every connected
+    component on which L annihilates the constants brings one eigenvalue that is exactly zero.
+
+    Parameters
+    ----------
+    L : (n, n) sparse array
+        The weak Laplacian, symmetric positive semidefinite.
+    M : (n, n) sparse array
+        The mass matrix, symmetric positive definite; lumped (diagonal) or full.
+    k : int
+        How many modes, 1 .. n.
+    seed : int
+        Seed of the random start vectors. The result does not depend on it to the digits that have converged.
+    tol : float
+        Residual, relative to the eigenvalue, at which a mode has converged.
+    certify : bool
+        Prove, by counting the signs of one more factorization, that no eigenvalue below the last was missed.
+    progress : bool
+        Show a bar.
+    threads : int
+        Most threads that linear algebra may use meanwhile. One is never slow; more help on a machine that is idle
+        and hurt on one that is shared, where the threads wait for each other.
+    factor : {"auto", "cholespy", "superlu"}
+        Which library factors; see `spectral_notes.solver.factorization.factorize`.
+    max_bytes : float, optional
+        Memory the basis may take before the work is done in slices of the spectrum; half of what is free if not given.
+
+    Returns
+    -------
+    Eigenbasis
+        `evals` (k,), `evecs` (n, k) pointwise, `M`, and the `residuals` (k,).
+
+    Raises
+    ------
+    TypeError
+        If a matrix is not real, or k is not an integer.
+    ValueError
+        If a matrix is not symmetric, L not semidefinite, M not definite, or k not between 1 and n.
+    MemoryError
+        If the modes themselves would not fit into memory.
+    ArithmeticError
+        If the modes do not converge, or the certificate finds one missing.
+
+    Examples
+    --------
+    >>> from spectral_notes.laplacians import interval_laplacian
+    >>> basis = compute_eigenbasis(*interval_laplacian(101), k=3)
+    >>> gram = basis.evecs.T @ basis.M @ basis.evecs
+    >>> bool(abs(gram - np.eye(3)).max() < 1e-12)
+    True
+
+    References
+    ----------
+    Vallet and Lévy, "Spectral geometry processing with manifold harmonics" (2008), for the shift and the inverse.
+    """
+    L = as_symmetric("L", L)
+    M = as_symmetric("M", M, L.shape[0])
+    k = as_count("k", k, 1, L.shape[0])
+    seed, threads = as_count("seed", seed, 0), as_count("threads", threads, 1)
+    tol = as_number("tol", tol, above=0.0)
+    factor = as_choice("factor", factor, FACTORS)
+    budget = None if max_bytes is None else as_number("max_bytes", max_bytes, above=0.0)
+    with threadpool_limits(limits=threads, user_api="blas"), eigensolver.progress_bar(progress) as watch:
+        problem = eigensolver.pose(L, M)
+        evecs, again = eigensolver.solve(problem, k, tol=tol, seed=seed, factor=factor, max_bytes=budget, watch=watch)
+        evals, residuals = eigensolver.measure(problem, L, M, evecs, tol, again)
+        if certify:
+            eigensolver.certify(L, M, evals, residuals)
+    fix_signs(evecs)
+    for array in (evals, evecs):
+        array.setflags(write=False)
+    return Eigenbasis(evals, evecs, M, residuals)
+
+
+def _frozen(name: str, array: FloatArray, shape: tuple[int | str, ...]) -> FloatArray:
+    """The array, checked, read-only; one that is read-only float64 already was checked when it was frozen."""
+    if isinstance(array, np.ndarray) and array.dtype == np.float64 and not array.flags.writeable:
+        as_floats(name, array[:1], (min(1, len(array)), *shape[1:]))
+        return array
+    checked = as_floats(name, array, shape)
+    checked.setflags(write=False)
+    return checked
+
+
+def fix_signs(X: FloatArray) -> None:
+    """Turn columns, in place, so that the first of their entries of largest magnitude is positive.
+
+    Parameters
+    ----------
+    X : (n, k) array
+        Modes side by side.
+
+    Examples
+    --------
+    >>> X = np.array([[1.0, 1.0], [-2.0, 1.0]])
+    >>> fix_signs(X)
+    >>> X.tolist()
+    [[-1.0, 1.0], [2.0, 1.0]]
+    """
+    for column in X.T:
+        size = abs(column)
+        if column[np.argmax(size >= (1 - SIGN_TIE) * size.max())] < 0:
+            column *= -1.0

@@ -1,0 +1,149 @@
+"""Write a shape with the functions on it: VTP and PLY for ParaView and Blender, CSV and NPZ for everything else.
+
+Every file is written whole or not at all and gives every digit back. PLY holds one function a second time, as colours
+for viewers that know no functions.
+"""
+
+from __future__ import annotations
+
+import os
+import re
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from matplotlib import colormaps
+from matplotlib.colors import to_rgb
+from numpy.typing import ArrayLike, NDArray
+
+from spectral_notes._checks import as_choice, as_floats
+from spectral_notes.files.mesh_files import write_whole
+from spectral_notes.files.writing import write_ply, write_vtp
+from spectral_notes.meshes import PointCloud, TriangleMesh, positions
+from spectral_notes.plotting.rendering import LABEL_COLORS, SurfaceView
+
+ARRAY_FORMATS = (".vtp", ".ply", ".npz", ".csv")
+RESERVED = ("x", "y", "z", "red", "green", "blue", "vertices", "faces", "points")  # what the files call the shape
+
+Columns = dict[str, NDArray[Any]]
+Shape = TriangleMesh | PointCloud
+
+
+def write_arrays(
+    path: str | os.PathLike[str],
+    shape: Shape,
+    arrays: Mapping[str, ArrayLike],
+    *,
+    colors: str = "",
+    kind: str = "signed",
+) -> None:
+    """Write a shape and the functions on its vertices to a VTP, PLY, CSV or NPZ file, whole or not at all.
+
+    Parameters
+    ----------
+    path : str or path
+        Where to; the ending names the format. CSV has one row a vertex: x, y, z, then the functions.
+    shape : TriangleMesh or PointCloud
+        The shape.
+    arrays : mapping of str to array_like, shape (n,) or (n, d)
+        Functions on the n vertices or points; pointwise values. The d columns of `name` become `name_0`, `name_1`, ...
+        (in NPZ they stay together).
+    colors : str
+        The function that a PLY file shows as colours; by default none.
+    kind : {"signed", "positive", "labels"}
+        How its values become colours, as in pictures.
+
+    Raises
+    ------
+    TypeError, ValueError
+        If the ending is none of the four, a function does not fit the shape, or `colors` names none of them.
+    OSError
+        If the folder does not exist or cannot be written to.
+
+    Examples
+    --------
+    >>> import tempfile
+    >>> square = TriangleMesh([[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]], [[0, 1, 2], [0, 2, 3]])
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     write_arrays(folder + "/square.csv", square, {"height": [0, 1, 2, 3]})
+    ...     print(Path(folder, "square.csv").read_text().splitlines()[:2])
+    ['x,y,z,height', '0,0,0,0']
+    """
+    path = Path(path)
+    suffix = as_choice("path's ending", path.suffix.lower(), ARRAY_FORMATS)
+    n = len(positions(shape))
+    fitting = {name: _as_function(name, values, n) for name, values in arrays.items()}
+    flat = columns(fitting)
+    if colors:
+        as_choice("colors", colors, tuple(flat))
+    tints: Columns = {}
+    if colors:
+        tints = dict(zip(("red", "green", "blue"), shades(shape, flat[colors], kind).T, strict=True))
+    writers = {
+        ".vtp": lambda place: write_vtp(place, shape, flat),
+        ".ply": lambda place: write_ply(place, shape, flat | tints),
+        ".csv": lambda place: _write_csv(place, shape, flat),
+        ".npz": lambda place: np.savez(place, **named_arrays(shape), **fitting),  # type: ignore[arg-type]
+    }
+    write_whole(path, writers[suffix])
+
+
+def named_arrays(shape: Shape) -> Columns:
+    """Return the arrays that make a shape, by name: vertices and faces, or points."""
+    if isinstance(shape, PointCloud):
+        return {"points": shape.points}
+    return {"vertices": shape.vertices, "faces": shape.faces}
+
+
+def columns(arrays: Mapping[str, NDArray[Any]]) -> Columns:
+    """Return each column of each array under a name of its own.
+
+    Examples
+    --------
+    >>> list(columns({"height": np.zeros(4), "mode": np.zeros((4, 2))}))
+    ['height', 'mode_0', 'mode_1']
+    """
+    flat: Columns = {}
+    for name, values in arrays.items():
+        if values.ndim == 1:
+            flat[name] = values
+        else:
+            width = len(str(values.shape[1] - 1))
+            flat |= {f"{name}_{i:0{width}d}": column for i, column in enumerate(values.T)}
+    return flat
+
+
+def shades(shape: Shape, values: NDArray[Any], kind: str) -> NDArray[np.uint8]:
+    """Return the colours that a picture gives to the values of a function, shape (n, 3), 0 to 255.
+
+    Examples
+    --------
+    >>> shades(PointCloud(np.eye(3)), np.array([-1.0, 0.0, 1.0]), "signed")[1].tolist()  # zero is nearly white
+    [247, 246, 246]
+    """
+    if kind == "labels":
+        table = np.array([to_rgb(color) for color in LABEL_COLORS])
+        rgb = table[values.astype(np.int64) % len(table)]
+    else:
+        view = SurfaceView(shape, values, kind=kind)
+        low, high = view.color_limits
+        share = (values - low) / ((high - low) or 1.0)
+        rgb = colormaps[str(view.color_map)](np.clip(share, 0.0, 1.0))[:, :3]
+    return np.rint(255 * rgb).astype(np.uint8)
+
+
+def _as_function(name: str, values: ArrayLike, n: int) -> NDArray[Any]:
+    """The values, checked; whole numbers stay whole."""
+    if not re.fullmatch(r"[A-Za-z]\w*", name, re.ASCII) or name in RESERVED:
+        raise ValueError(f"arrays must have names of letters, digits and _, and none of {RESERVED}; got {name!r}")
+    array = np.asarray(values)
+    as_floats(name, array, (n, "d") if array.ndim == 2 else (n,))
+    return array.astype(np.int64) if array.dtype.kind in "biu" else array.astype(np.float64)
+
+
+def _write_csv(place: Path, shape: Shape, arrays: Columns) -> None:
+    """CSV, one row a vertex, with the 17 digits that give every float64 back."""
+    table = np.column_stack([positions(shape), *arrays.values()])
+    with place.open("w", encoding="utf-8", newline="\n") as file:
+        np.savetxt(file, table, "%.17g", delimiter=",", header=",".join(["x", "y", "z", *arrays]), comments="")

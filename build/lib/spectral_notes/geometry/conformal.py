@@ -1,0 +1,131 @@
+"""Flattening an open patch so that angles survive: spectral conformal parameterization, and how to measure it."""
+
+from __future__ import annotations
+
+import numpy as np
+import scipy.sparse as sp
+from numpy.typing import ArrayLike
+from scipy.linalg import eigh
+from scipy.sparse.linalg import splu
+
+from spectral_notes._checks import FloatArray, as_floats
+from spectral_notes.laplacians import cotan_laplacian
+from spectral_notes.mesh_calculus import arrows_of_rows, boundary_vertices, gradient_matrix
+from spectral_notes.meshes import TriangleMesh, boundary_loops, euler_characteristic, face_areas, face_normals
+
+
+def conformal_map(mesh: TriangleMesh) -> FloatArray:
+    """Return plane coordinates of an open patch that keep angles as well as any linear method can, free at the rim.
+
+    With z = u + i v, the conformal energy z* K z = 1/2 z* L z - area(z) is zero exactly for angle-preserving maps.
+    z minimises it among maps with z* B z = 1 and mean zero over the rim, B being one on the rim and zero inside: the
+    eigenvector of K z = lambda B z after the constant. Inner vertices are harmonic, so only a dense problem on the
+    rim is left.
+
+    Parameters
+    ----------
+    mesh : TriangleMesh
+        A disk: connected, with one boundary loop and Euler characteristic 1.
+
+    Returns
+    -------
+    ndarray, shape (n, 2)
+        Plane coordinates, turned so that rim vertex 0 (the lowest number) lies to the right of the centre; scaled so
+        that the patch keeps its area. Triangles are positively oriented, but a strongly curved patch may overlap.
+
+    Raises
+    ------
+    ValueError
+        If the mesh is not a disk, or a face has no area.
+
+    Examples
+    --------
+    >>> from spectral_notes.shapes import sheet
+    >>> rolled = sheet(bend=1.0)
+    >>> bool(np.allclose(conformal_distortion(rolled, conformal_map(rolled)), 1.0))  # it was flat paper
+    True
+
+    References
+    ----------
+    Mullen, Tong, Alliez and Desbrun, "Spectral conformal parameterization" (2008), section 3.
+    """
+    _refuse_non_disks(mesh)
+    rim = boundary_vertices(mesh)
+    inside = np.setdiff1d(np.arange(mesh.n_vertices), rim)
+    L, _ = cotan_laplacian(mesh)
+    K = 0.5 * L[rim][:, rim].toarray() - _area_form(mesh)[rim][:, rim].toarray()  # (b, b), complex
+    extend = np.zeros((0, len(rim)))
+    if len(inside):
+        coupling = L[inside][:, rim]
+        extend = splu(sp.csc_array(L[inside][:, inside])).solve(-coupling.toarray())  # harmonic extension (i, b)
+        K = K + 0.5 * coupling.T @ extend
+    lifted = K + np.abs(K).sum() / len(rim)  # moves the constant, also of energy zero, to the top of the spectrum
+    _, modes = eigh((lifted + lifted.conj().T) / 2.0, subset_by_index=[0, 0])
+    z = np.zeros(mesh.n_vertices, dtype=np.complex128)
+    z[rim] = modes[:, 0]
+    z[inside] = extend @ z[rim]
+    z *= np.abs(z[rim[0]]) / z[rim[0]]
+    area = float(np.real(z.conj() @ (_area_form(mesh) @ z)))
+    z *= np.sqrt(face_areas(mesh).sum() / area)
+    return np.column_stack([z.real, z.imag])
+
+
+def conformal_distortion(mesh: TriangleMesh, uv: ArrayLike) -> FloatArray:
+    """Return, for each face, the ratio of longest to shortest stretch under a map to the plane: 1 where angles survive.
+
+    The ratio of singular values of the map's derivative; minus the ratio where the face is turned over.
+
+    Parameters
+    ----------
+    mesh : TriangleMesh
+        The patch, with m faces and n vertices.
+    uv : array_like, shape (n, 2)
+        Plane coordinates.
+
+    Returns
+    -------
+    ndarray, shape (m,)
+        Without unit; at least 1 in magnitude, infinite where a face is crushed to a line.
+
+    Raises
+    ------
+    TypeError, ValueError
+        If uv does not fit the mesh, or a face has no area.
+
+    Examples
+    --------
+    >>> square = TriangleMesh([[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]], [[0, 1, 2], [0, 2, 3]])
+    >>> conformal_distortion(square, [[0, 0], [3, 0], [3, 1], [0, 1]]).round(12).tolist()
+    [3.0, 3.0]
+    """
+    uv = as_floats("uv", uv, (mesh.n_vertices, 2))
+    G = gradient_matrix(mesh)
+    grad_u, grad_v = (arrows_of_rows(G @ coordinate) for coordinate in uv.T)  # (m, 3) each
+    turn = np.einsum("fd,fd->f", np.cross(grad_u, grad_v), face_normals(mesh))  # determinant of the derivative
+    size = (grad_u**2).sum(axis=1) + (grad_v**2).sum(axis=1)  # sum of squared singular values
+    spread = np.sqrt(np.maximum(size**2 - 4.0 * turn**2, 0.0))
+    with np.errstate(divide="ignore"):
+        return np.where(turn < 0.0, -1.0, 1.0) * (size + spread) / (2.0 * np.abs(turn))
+
+
+def _area_form(mesh: TriangleMesh) -> sp.csr_array:
+    """Hermitian A with z* A z = signed area of the flattened patch: half the integral of u dv - v du round its faces.
+
+    The oriented edge ij adds Im(conj(z_i) z_j) / 2, that is (conj(z_i) z_j - z_i conj(z_j)) / 4i. Inner edges are
+    walked once in each direction and cancel: what is left is the integral round the rim.
+    """
+    i = mesh.faces.ravel()
+    j = np.roll(mesh.faces, -1, axis=1).ravel()
+    quarter = np.full(len(i), -0.25j)
+    entries, rows, columns = np.concatenate([quarter, -quarter]), np.concatenate([i, j]), np.concatenate([j, i])
+    return sp.csr_array((entries, (rows, columns)), (mesh.n_vertices, mesh.n_vertices))
+
+
+def _refuse_non_disks(mesh: TriangleMesh) -> None:
+    """Refuse a mesh that is not a disk: there is no rim to walk round, or more than one."""
+    loops, chi = len(boundary_loops(mesh)), euler_characteristic(mesh)
+    if loops != 1 or chi != 1:
+        raise ValueError(f"mesh must be a disk (one boundary loop, chi = 1); it has {loops} loops and chi = {chi}")
+    ways = np.stack([mesh.faces, np.roll(mesh.faces, -1, axis=1)], axis=-1).reshape(-1, 2)
+    if len(np.unique(ways, axis=0)) < len(ways):
+        raise ValueError("mesh must have its faces turned alike; two of them walk an edge in the same direction")

@@ -1,0 +1,110 @@
+"""Discrete curvatures of a mesh: Gaussian from angles, mean from the Laplacian of the position."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from spectral_notes._checks import FloatArray
+from spectral_notes.laplacians import cotan_laplacian, mass_matrix
+from spectral_notes.mesh_calculus import boundary_vertices
+from spectral_notes.meshes import TriangleMesh, as_mesh, corner_angles, vertex_normals
+
+
+def angle_defects(mesh: TriangleMesh) -> FloatArray:
+    """Return the integrated Gaussian curvature at each vertex: 2 pi minus the angles round it.
+
+    On the boundary it is pi minus the angles. Over all vertices they sum to 2 pi times the Euler characteristic,
+    exactly (theorem of Gauss and Bonnet).
+
+    Parameters
+    ----------
+    mesh : TriangleMesh
+        The mesh.
+
+    Returns
+    -------
+    ndarray, shape (n,)
+        In radians; positive on caps, negative on saddles. Zero at vertices without a face.
+
+    Examples
+    --------
+    >>> tetrahedron = TriangleMesh(
+    ...     [[1, 1, 1], [1, -1, -1], [-1, 1, -1], [-1, -1, 1]], [[0, 1, 2], [0, 3, 1], [0, 2, 3], [1, 3, 2]]
+    ... )
+    >>> (angle_defects(tetrahedron) / np.pi).round(12).tolist()  # three angles of 60 degrees at each vertex
+    [1.0, 1.0, 1.0, 1.0]
+
+    References
+    ----------
+    Meyer, Desbrun, Schroeder and Barr, "Discrete differential-geometry operators" (2003), section 4.
+    """
+    mesh = as_mesh(mesh)
+    flat = np.full(mesh.n_vertices, 2.0 * np.pi)
+    flat[boundary_vertices(mesh)] = np.pi
+    flat[np.bincount(mesh.faces.ravel(), minlength=mesh.n_vertices) == 0] = 0.0
+    return flat - np.bincount(mesh.faces.ravel(), corner_angles(mesh).ravel(), minlength=mesh.n_vertices)
+
+
+def gaussian_curvature(mesh: TriangleMesh) -> FloatArray:
+    """Return the pointwise Gaussian curvature at each vertex: the angle defect over the vertex's share of area.
+
+    On the boundary the number mixes the turning of the boundary with the curvature and means little.
+
+    Parameters
+    ----------
+    mesh : TriangleMesh
+        The mesh; every vertex has a face.
+
+    Returns
+    -------
+    ndarray, shape (n,)
+        In 1 / squared unit of the vertices; 1 / r^2 on a sphere.
+
+    Raises
+    ------
+    ValueError
+        If a vertex belongs to no face, or to none with an area.
+
+    Examples
+    --------
+    >>> from spectral_notes.shapes import sphere
+    >>> round(float(np.median(gaussian_curvature(sphere(4)))), 2)
+    1.0
+    """
+    return angle_defects(mesh) / mass_matrix(mesh).diagonal()
+
+
+def mean_curvature(mesh: TriangleMesh) -> FloatArray:
+    """Return the pointwise mean curvature at each vertex, positive where the surface bulges along its normals.
+
+    The position obeys -Delta x = 2 H N: the weak Laplacian of x, over the mass, is the normal stretched by 2 H.
+
+    Parameters
+    ----------
+    mesh : TriangleMesh
+        The mesh, oriented; every vertex has a face and every face an area.
+
+    Returns
+    -------
+    ndarray, shape (n,)
+        Half the sum of the principal curvatures, in 1 / unit of the vertices; 1 / r on a sphere. On the boundary it
+        means little.
+
+    Raises
+    ------
+    ValueError
+        If a face has no area or a vertex no face.
+
+    Examples
+    --------
+    >>> from spectral_notes.shapes import sphere
+    >>> round(float(np.median(mean_curvature(sphere(4)))), 2)
+    1.0
+
+    References
+    ----------
+    Meyer, Desbrun, Schroeder and Barr, "Discrete differential-geometry operators" (2003), section 3.
+    """
+    L, M = cotan_laplacian(mesh)
+    laplacian_of_position = (L @ mesh.vertices) / M.diagonal()[:, None]  # (n, 3)
+    return 0.5 * np.einsum("ij,ij->i", laplacian_of_position, vertex_normals(mesh))

@@ -1,0 +1,194 @@
+"""Moving on a surface: geodesic distances, paths of faces, and parallel transport of an arrow from face to face."""
+
+from __future__ import annotations
+
+from itertools import pairwise
+
+import igl
+import numpy as np
+from numpy.typing import ArrayLike
+
+from spectral_notes._checks import FloatArray, IntArray, as_floats, as_indices
+from spectral_notes.meshes import (
+    TriangleMesh,
+    as_mesh,
+    connected_components,
+    edges_with_counts,
+    face_normals,
+    flat_faces,
+)
+
+
+def geodesic_distances(mesh: TriangleMesh, sources: ArrayLike) -> FloatArray:
+    """Return the length of the shortest path on the mesh from each vertex to the nearest source, across faces, exactly.
+
+    Parameters
+    ----------
+    mesh : TriangleMesh
+        The mesh, manifold.
+    sources : array_like of int, shape (p,)
+        Vertices where the distance is zero.
+
+    Returns
+    -------
+    ndarray, shape (n,)
+        In units of the vertices; infinite where no path leads.
+
+    Raises
+    ------
+    TypeError, ValueError
+        If no source is given, one is out of range, or an edge has more than two faces.
+
+    Examples
+    --------
+    >>> square = TriangleMesh([[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]], [[0, 1, 2], [0, 2, 3]])
+    >>> geodesic_distances(square, [1]).round(6).tolist()  # the way from 1 to 3 crosses the diagonal
+    [1.0, 0.0, 1.0, 1.414214]
+
+    References
+    ----------
+    Mitchell, Mount and Papadimitriou, "The discrete geodesic problem" (1987), by libigl.
+    """
+    mesh = as_mesh(mesh)
+    sources = as_indices("sources", sources, ("p",), mesh.n_vertices)
+    if not len(sources):
+        raise ValueError("sources must name at least one vertex")
+    crowded = int((edges_with_counts(mesh)[1] > 2).sum())
+    if crowded:
+        raise ValueError(f"mesh must have at most two faces on each edge; {crowded} edges have more: see health(mesh)")
+    size = float(np.ptp(mesh.vertices, axis=0).max()) or 1.0  # igl compares lengths with numbers of its own
+    none, targets = np.zeros(0, dtype=np.int64), np.arange(mesh.n_vertices)
+    distances = igl.exact_geodesic(mesh.vertices / size, mesh.faces, sources, none, targets, none)
+    piece = connected_components(mesh)
+    return np.where(np.isin(piece, piece[sources]), size * np.asarray(distances, dtype=np.float64).ravel(), np.inf)
+
+
+def parallel_transport(mesh: TriangleMesh, path: ArrayLike, arrow: ArrayLike) -> FloatArray:
+    """Return an arrow carried along a path of faces without turning in the surface, one arrow a face of the path.
+
+    At each step the next face is unfolded about the shared edge into the plane of the last; the arrow keeps its length
+    and its angle to that edge. Round a closed path it comes back turned by the enclosed Gaussian curvature.
+
+    Parameters
+    ----------
+    mesh : TriangleMesh
+        The mesh; oriented it need not be.
+    path : array_like of int, shape (p,)
+        Faces, each sharing an edge with the next.
+    arrow : array_like, shape (3,)
+        The arrow in the first face; what sticks out of the face's plane is left off.
+
+    Returns
+    -------
+    ndarray, shape (p, 3)
+        The arrow in each face's plane.
+
+    Raises
+    ------
+    TypeError, ValueError
+        If the path is empty or has a face without area, an index is out of range, or two faces that follow each other
+        share no edge.
+
+    Examples
+    --------
+    >>> roof = TriangleMesh([[0, 0, 0], [0, 1, 0], [1, 0, 0], [0, 0, -1]], [[0, 2, 1], [0, 1, 3]])
+    >>> parallel_transport(roof, [0, 1], [-1.0, 0.0, 0.0]).round(12).tolist()  # over the edge and down
+    [[-1.0, 0.0, 0.0], [0.0, 0.0, -1.0]]
+    """
+    mesh = as_mesh(mesh)
+    path = as_indices("path", path, ("p",), mesh.n_faces)
+    if not len(path) or flat_faces(mesh)[path].any():
+        raise ValueError("path must name at least one face, and only faces with an area")
+    normals = face_normals(mesh)
+    start = as_floats("arrow", arrow, (3,))
+    arrows = [start - (start @ normals[path[0]]) * normals[path[0]]]
+    for here, there in pairwise(path):
+        shared = np.intersect1d(mesh.faces[here], mesh.faces[there])
+        if len(shared) != 2:
+            raise ValueError(f"path must go from face to neighbouring face; {here} and {there} share no single edge")
+        along = mesh.vertices[shared[1]] - mesh.vertices[shared[0]]
+        along = along / np.linalg.norm(along)
+        across_here, across_there = np.cross(normals[here], along), np.cross(normals[there], along)
+        if _follows(mesh.faces[here], shared) == _follows(mesh.faces[there], shared):
+            across_there = -across_there  # the two are turned differently: one normal points to the other side
+        arrows.append((arrows[-1] @ along) * along + (arrows[-1] @ across_here) * across_there)
+    return np.array(arrows)
+
+
+def _follows(face: IntArray, edge: IntArray) -> bool:
+    """Whether a face walks from the first end of an edge to the second."""
+    return bool(((face == edge[0]) & (np.roll(face, -1) == edge[1])).any())
+
+
+def faces_under_arcs(mesh: TriangleMesh, corners: ArrayLike) -> IntArray:
+    """Return the faces that a chain of great arcs crosses, in order: a path for `parallel_transport`.
+
+    Arcs and faces are compared as the origin sees them. A face is left through the edge that leads from the right of
+    the arc to its left, and neighbours in the path always share that edge.
+
+    Parameters
+    ----------
+    mesh : TriangleMesh
+        A mesh that surrounds the origin and turns its outside to every ray from there, such as a sphere.
+    corners : array_like, shape (p, 3)
+        Points that the chain joins; end with the first one to close it. Their distance from the origin does not matter.
+
+    Returns
+    -------
+    ndarray of int64, shape (q,)
+        Faces, from the one under the first corner to the one under the last.
+
+    Raises
+    ------
+    ValueError
+        If there are fewer than two corners, two that follow each other lie on one line through the origin, a corner
+        lies on an edge or over no face, or no way leads from one to the next.
+
+    Examples
+    --------
+    >>> tetrahedron = TriangleMesh(
+    ...     [[1, 1, 1], [1, -1, -1], [-1, 1, -1], [-1, -1, 1]], [[0, 1, 2], [0, 2, 3], [0, 3, 1], [1, 3, 2]]
+    ... )
+    >>> faces_under_arcs(tetrahedron, [[1, 1, -1], [-1, -1, -1], [-1, 1, 1]]).tolist()
+    [0, 3, 1]
+    """
+    corners = as_floats("corners", corners, ("p", 3))
+    if len(corners) < 2:
+        raise ValueError(f"corners must hold at least two points; got {len(corners)}")
+    homes = _faces_under(mesh, corners).tolist()
+    path = [homes[0]]
+    for number in range(len(corners) - 1):
+        left = np.cross(corners[number], corners[number + 1])
+        if np.linalg.norm(left) <= 1e-12 * np.linalg.norm(corners[number]) * np.linalg.norm(corners[number + 1]):
+            raise ValueError(f"corners must be joined by arcs; {number} and {number + 1} lie on a line with the origin")
+        following = _faces_along_circle(mesh, left)
+        for _ in range(len(following)):
+            if path[-1] == homes[number + 1] or path[-1] not in following:
+                break
+            path.append(following[path[-1]])
+        if path[-1] != homes[number + 1]:
+            raise ValueError(f"mesh must surround the origin; no way leads from corner {number} to {number + 1}")
+    return np.array(path, dtype=np.int64)
+
+
+def _faces_under(mesh: TriangleMesh, points: FloatArray) -> IntArray:
+    """The faces through whose inside the rays from the origin to the points go."""
+    ends = np.roll(mesh.faces, -1, axis=1)
+    sides = np.cross(mesh.vertices[mesh.faces], mesh.vertices[ends])  # (m, 3, 3), planes through the origin
+    inside = (sides @ points.T).min(axis=1)  # (m, p)
+    outside = np.flatnonzero(inside.max(axis=0) <= 1e-12 * np.linalg.norm(points, axis=1))
+    if len(outside):
+        point = points[outside[0]].tolist()
+        raise ValueError(f"corners must lie over the inside of faces; {point} does not: move it a little")
+    return np.argmax(inside, axis=0).astype(np.int64)
+
+
+def _faces_along_circle(mesh: TriangleMesh, left: FloatArray) -> dict[int, int]:
+    """The face that follows each face crossed by the great circle whose left side is given."""
+    is_left = mesh.vertices @ left >= 0.0
+    starts, ends = mesh.faces, np.roll(mesh.faces, -1, axis=1)
+    leaving, entering = ~is_left[starts] & is_left[ends], is_left[starts] & ~is_left[ends]
+    after = dict(zip(zip(ends[entering], starts[entering], strict=True), np.nonzero(entering)[0], strict=True))
+    edges = zip(starts[leaving], ends[leaving], strict=True)
+    faces = np.nonzero(leaving)[0]
+    return {int(face): int(after[edge]) for face, edge in zip(faces, edges, strict=True) if edge in after}

@@ -1,0 +1,276 @@
+"""What the labs of the book compute with, packed into small JavaScript files: vertices, faces, modes, coefficients.
+
+A lab runs in the page, without a kernel, so its numbers are quantised: half precision where 3 MB allow it, and for a
+basis of many modes bytes with one step a mode beyond the first few, whose coefficients are large. Each array travels as
+``{"type", "shape", "data"}``: its bytes, first bytes of all elements first, deflated, in base64.
+"""
+
+from __future__ import annotations
+
+import base64
+import json
+import math
+import zlib
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import igl
+import numpy as np
+import scipy.sparse as sp
+from numpy.typing import NDArray
+
+from spectral_notes._checks import FloatArray, as_choice, as_count
+from spectral_notes.eigenbasis import compute_eigenbasis
+from spectral_notes.laplacians import cotan_laplacian
+from spectral_notes.matching.point_maps import surface_weights
+from spectral_notes.meshes import TriangleMesh, face_areas
+from spectral_notes.plotting.rendering import SurfaceView
+
+Packed = dict[str, Any]
+
+TYPES = {"float16": "<f2", "float32": "<f4", "uint16": "<u2", "int8": "i1"}
+MAX_VERTICES = 20_000  # of a lab; faces count vertices in 16 bits, and Plotly.js redraws all of them at every step
+HALF_MODES = 40  # how many modes of a long basis keep half precision
+
+
+@dataclass(frozen=True)
+class LabData:
+    """Hold what one lab computes with: plain facts, and arrays in the precision they travel in.
+
+    Parameters
+    ----------
+    facts : mapping
+        Names to numbers, texts and lists of them.
+    arrays : mapping of str to ndarray
+        Names to arrays of one of the types that a lab reads.
+    """
+
+    facts: Mapping[str, Any]
+    arrays: Mapping[str, NDArray[Any]]
+
+    def script(self, name: str) -> str:
+        """Return the text of a script that registers the data under a name.
+
+        Parameters
+        ----------
+        name : str
+            Where the file will lie below ``_static``, without ``.js``.
+
+        Returns
+        -------
+        str
+            One call of ``spectralNotes.register``.
+        """
+        packed = {key: pack_array(array) for key, array in self.arrays.items()}
+        content = json.dumps({"facts": dict(self.facts), "arrays": packed}, separators=(",", ":"))
+        return f"spectralNotes.register({json.dumps(name)}, {content});\n"
+
+
+def pack_array(array: NDArray[Any]) -> Packed:
+    """Return an array as text: deflated bytes in base64, with its type and shape.
+
+    Parameters
+    ----------
+    array : ndarray
+        Of type float16, float32, uint16 or int8.
+
+    Returns
+    -------
+    dict
+        ``{"type", "shape", "data"}``.
+
+    Raises
+    ------
+    ValueError
+        If the type is another one.
+
+    Examples
+    --------
+    >>> pack_array(np.array([[1, 2]], dtype=np.int8))["shape"]
+    [1, 2]
+    """
+    kind = as_choice("array's type", array.dtype.name, tuple(TYPES))
+    width = array.dtype.itemsize
+    planes = np.ascontiguousarray(array, TYPES[kind]).view(np.uint8).reshape(-1, width).T
+    data = base64.b64encode(zlib.compress(planes.tobytes(), 9)).decode("ascii")
+    return {"type": kind, "shape": list(array.shape), "data": data}
+
+
+def unpack_array(packed: Packed) -> NDArray[Any]:
+    """Return the array that was packed, bit by bit.
+
+    Parameters
+    ----------
+    packed : dict
+        ``{"type", "shape", "data"}``.
+
+    Returns
+    -------
+    ndarray
+        Of the type and shape it had.
+
+    Examples
+    --------
+    >>> unpack_array(pack_array(np.array([0.5, -2.0], dtype=np.float16))).tolist()
+    [0.5, -2.0]
+    """
+    dtype = np.dtype(TYPES[packed["type"]])
+    planes = np.frombuffer(zlib.decompress(base64.b64decode(packed["data"])), np.uint8)
+    return planes.reshape(dtype.itemsize, -1).T.copy().view(dtype).reshape(packed["shape"])
+
+
+def coarse_copy(mesh: TriangleMesh, n: int) -> tuple[TriangleMesh, sp.csr_array]:
+    """Return a copy of about n vertices, and the matrix P that carries functions and poses of the mesh over to it.
+
+    The shortest edges collapse first, which keeps triangles even. Each new vertex is then a point of a face of the
+    mesh, with barycentric coordinates in one row of P: the copy of another pose has the vertices ``P @ pose.vertices``.
+    A mesh that is small enough is its own copy.
+
+    Parameters
+    ----------
+    mesh : TriangleMesh
+        The mesh.
+    n : int
+        Vertices wanted, 4 to 20,000.
+
+    Returns
+    -------
+    coarse : TriangleMesh
+        The copy, under the mesh's name.
+    P : csr_array (n_coarse, n_mesh)
+        Rows sum to one.
+
+    Raises
+    ------
+    ValueError
+        If n is out of range, or the mesh cannot be simplified, as one that is not manifold cannot.
+
+    Examples
+    --------
+    >>> from spectral_notes.shapes import sphere
+    >>> coarse, P = coarse_copy(sphere(3), 200)
+    >>> coarse.n_vertices, bool(np.allclose(P @ sphere(3).vertices, coarse.vertices))
+    (200, True)
+    """
+    n = as_count("n", n, 4, MAX_VERTICES)
+    if mesh.n_vertices <= n:
+        return mesh, sp.eye_array(mesh.n_vertices, format="csr")
+    wanted = max(4, mesh.n_faces - 2 * (mesh.n_vertices - n))  # a collapse takes one vertex and two faces
+    points, faces, _, _ = igl.decimate(mesh.vertices, np.asfortranarray(mesh.faces.astype(np.int32)), wanted)
+    if len(points) > n + 0.1 * mesh.n_vertices or not len(faces):
+        raise ValueError(
+            f"mesh must be manifold to be simplified from {mesh.n_vertices} to {n} vertices; see health(mesh)"
+        )
+    P = surface_weights(points, mesh)
+    return TriangleMesh(P @ mesh.vertices, faces.astype(np.int64), mesh.name), P
+
+
+def in_unit_area(mesh: TriangleMesh) -> TriangleMesh:
+    """Return the mesh about its centre and with area one, in which eigenvalues of all shapes can be compared.
+
+    Parameters
+    ----------
+    mesh : TriangleMesh
+        The mesh.
+
+    Returns
+    -------
+    TriangleMesh
+        Moved and scaled.
+
+    Examples
+    --------
+    >>> from spectral_notes.shapes import sphere
+    >>> round(float(face_areas(in_unit_area(sphere(2))).sum()), 12)
+    1.0
+    """
+    middle = 0.5 * (mesh.vertices.min(axis=0) + mesh.vertices.max(axis=0))
+    scale = math.sqrt(float(face_areas(mesh).sum()))
+    return TriangleMesh((mesh.vertices - middle) / scale, mesh.faces, mesh.name)
+
+
+def surface_data(mesh: TriangleMesh, k: int, *, in_bytes: bool = False) -> LabData:
+    """Return a surface with its first k modes, in unit area.
+
+    Facts: name, n, k, and the camera. Arrays: vertices (3, n), faces (m, 3), mass (n,), evals (k,), coefficients (3, k)
+    of the three coordinates, and the modes, mode after mode: evecs (k, n) in half precision; or, in bytes, evecs for
+    the first 40 and for the rest evecs_in_bytes (k - 40, n) with steps (k - 40,).
+
+    Parameters
+    ----------
+    mesh : TriangleMesh
+        The surface, at most 20,000 vertices; see `coarse_copy`.
+    k : int
+        How many modes, up to the number of vertices.
+    in_bytes : bool
+        Whether modes beyond the 40th take one byte a vertex.
+
+    Returns
+    -------
+    LabData
+        The data.
+
+    Raises
+    ------
+    ValueError
+        If the mesh has too many vertices, or fewer than k.
+    """
+    as_count("mesh's number of vertices", mesh.n_vertices, k, MAX_VERTICES)
+    mesh = in_unit_area(mesh)
+    basis = compute_eigenbasis(*cotan_laplacian(mesh), k)
+    arrays = {
+        "vertices": mesh.vertices.T.astype(np.float16),
+        "faces": mesh.faces.astype(np.uint16),
+        "mass": basis.M.diagonal().astype(np.float32),
+        "evals": basis.evals.astype(np.float32),
+        "coefficients": basis.analyze(mesh.vertices).T.astype(np.float32),
+    }
+    facts = {"n": mesh.n_vertices, "k": k} | viewpoint(mesh)
+    return LabData(facts, arrays | quantise(basis.evecs, HALF_MODES if in_bytes else k))
+
+
+def viewpoint(mesh: TriangleMesh) -> dict[str, Any]:
+    """Return the name of a mesh and where its stills are seen from, as facts of a lab.
+
+    Parameters
+    ----------
+    mesh : TriangleMesh
+        The mesh.
+
+    Returns
+    -------
+    dict
+        name, eye and up.
+
+    Examples
+    --------
+    >>> from spectral_notes.shapes import egg
+    >>> viewpoint(egg(1))["up"]
+    [0.0, 0.0, 1.0]
+    """
+    eye, up = SurfaceView(mesh).view_direction
+    return {"name": mesh.name, "eye": list(eye), "up": list(up)}
+
+
+def quantise(evecs: FloatArray, n_half: int) -> dict[str, NDArray[Any]]:
+    """Return modes for the journey: the first in half precision, the others in steps of 1/127 of their largest entry.
+
+    Parameters
+    ----------
+    evecs : ndarray (n, k)
+        The modes.
+    n_half : int
+        How many keep half precision.
+
+    Returns
+    -------
+    dict
+        evecs (n_half, n); and, if modes are left, evecs_in_bytes (k - n_half, n) and steps (k - n_half,).
+    """
+    half = {"evecs": evecs[:, :n_half].T.astype(np.float16)}
+    rest = evecs[:, n_half:].T
+    if not len(rest):
+        return half
+    steps = (abs(rest).max(axis=1) / 127).astype(np.float32)
+    return half | {"evecs_in_bytes": np.rint(rest / steps[:, None]).astype(np.int8), "steps": steps}

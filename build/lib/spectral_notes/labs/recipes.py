@@ -1,0 +1,113 @@
+"""The data of the labs that need more than one surface: a map between two shapes, parts of several poses."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from spectral_notes._checks import as_count
+from spectral_notes.clustering import match_labels, spectral_clusters, spectral_embedding
+from spectral_notes.eigenbasis import compute_eigenbasis
+from spectral_notes.functional_maps import as_point_map, functional_map
+from spectral_notes.labs.data import LabData, in_unit_area, surface_data, viewpoint
+from spectral_notes.laplacians import cotan_laplacian
+from spectral_notes.meshes import TriangleMesh
+
+
+def map_data(mesh_1: TriangleMesh, mesh_2: TriangleMesh, p2p_21: ArrayLike, k: int) -> LabData:
+    """Return two surfaces with their modes and the functional map between them that a point map implies.
+
+    C_12 = Phi_2^T M_2 Phi_1[p2p_21] takes the coefficients of a function on 1 to those of its image on 2. Arrays and
+    facts are those of `surface_data`, their names ending in _1 and _2; with C_12 (k, k) and p2p_21 (n_2,).
+
+    Parameters
+    ----------
+    mesh_1, mesh_2 : TriangleMesh
+        The surfaces.
+    p2p_21 : array_like of int, shape (n_2,)
+        Vertex of 2 -> vertex of 1.
+    k : int
+        How many modes of each.
+
+    Returns
+    -------
+    LabData
+        The data.
+
+    Raises
+    ------
+    TypeError, ValueError
+        If the point map has not one vertex of the first surface for each vertex of the second.
+
+    Examples
+    --------
+    >>> from spectral_notes.shapes import egg
+    >>> data = map_data(egg(2), egg(2), np.arange(egg(2).n_vertices), 4)
+    >>> bool(abs(data.arrays["C_12"] - np.eye(4)).max() < 1e-6)  # nothing moves: the identity
+    True
+    """
+    p2p_21 = as_point_map(p2p_21, mesh_1.n_vertices, mesh_2.n_vertices)
+    basis_1, basis_2 = (compute_eigenbasis(*cotan_laplacian(in_unit_area(mesh)), k) for mesh in (mesh_1, mesh_2))
+    C_12 = functional_map(basis_1, basis_2, p2p_21)
+    facts: dict[str, Any] = {}
+    arrays: dict[str, NDArray[Any]] = {"C_12": C_12.astype(np.float32), "p2p_21": p2p_21.astype(np.uint16)}
+    for side, mesh in (("_1", mesh_1), ("_2", mesh_2)):
+        data = surface_data(mesh, k)
+        facts |= {name + side: fact for name, fact in data.facts.items()}
+        arrays |= {name + side: array for name, array in data.arrays.items()}
+    return LabData(facts, arrays)
+
+
+def parts_data(poses: Sequence[TriangleMesh], counts: Sequence[int], *, d: int = 8) -> LabData:
+    """Return poses of one mesh, and the parts that clustering finds in each of them by itself.
+
+    The numbers of the parts are matched afterwards: within the first pose from one count to the next, then every other
+    pose to the first. Facts: name, n, poses, counts, the camera. Arrays: faces (m, 3), vertices (poses, 3, n), and
+    labels (poses, counts, n).
+
+    Parameters
+    ----------
+    poses : sequence of TriangleMesh
+        Meshes with the same faces.
+    counts : sequence of int
+        Numbers of parts, in ascending order, at most 12.
+    d : int
+        Coordinates of the embedding.
+
+    Returns
+    -------
+    LabData
+        The data.
+
+    Raises
+    ------
+    ValueError
+        If the faces of the poses differ, or a count is not between 1 and 12.
+
+    Examples
+    --------
+    >>> from spectral_notes.shapes import egg
+    >>> parts_data([egg(2)], [2, 3]).arrays["labels"].shape
+    (1, 2, 162)
+    """
+    counts = [as_count("counts", count, 1, 12) for count in counts]
+    if any(not np.array_equal(pose.faces, poses[0].faces) for pose in poses):
+        raise ValueError("poses must share their faces: the same vertices in the same order, moved")
+    labels = np.zeros((len(poses), len(counts), poses[0].n_vertices), dtype=np.int64)
+    for p, pose in enumerate(poses):
+        basis = compute_eigenbasis(*cotan_laplacian(pose), d + 1)
+        rows, mass = spectral_embedding(basis, d), basis.M.diagonal()
+        for i, count in enumerate(counts):
+            found = spectral_clusters(rows, count, mass=mass)
+            reference = labels[0, i] if p else labels[0, max(i - 1, 0)]
+            labels[p, i] = match_labels(found, reference) if p or i else found
+    facts = {"n": poses[0].n_vertices, "poses": [pose.name for pose in poses], "counts": counts}
+    arrays: dict[str, NDArray[Any]] = {
+        "faces": poses[0].faces.astype(np.uint16),
+        "vertices": np.array([in_unit_area(pose).vertices.T for pose in poses]).astype(np.float16),
+        "labels": labels.astype(np.int8),
+    }
+    return LabData(facts | viewpoint(poses[0]), arrays)

@@ -1,0 +1,267 @@
+"use strict";
+// What the labs compute, on plain arrays: no page, no drawing. The browser and Node load this same file.
+// A function on a surface is one Float32Array, one number a vertex. A basis is a Float32Array, mode after mode.
+(() => {
+  const notes = (globalThis.spectralNotes ??= {});
+
+  // --- data written by spectral_notes.lab_data ---------------------------------------------------------------------
+
+  function halfToFloat(bits) {
+    const sign = bits & 0x8000 ? -1 : 1;
+    const exponent = (bits >> 10) & 31;
+    const fraction = bits & 1023;
+    if (exponent === 31) return fraction ? NaN : sign * Infinity;
+    return exponent ? sign * (1 + fraction / 1024) * 2 ** (exponent - 15) : sign * fraction * 2 ** -24;
+  }
+
+  const READERS = {
+    float16: [2, (view, at, table) => table[view.getUint16(at, true)], Float32Array],
+    float32: [4, (view, at) => view.getFloat32(at, true), Float32Array],
+    uint16: [2, (view, at) => view.getUint16(at, true), Uint16Array],
+    int8: [1, (view, at) => view.getInt8(at), Int8Array],
+  };
+  let halves = null;
+
+  // An array is { type, shape, data }: data is base64 of the deflated bytes, all first bytes before all second ones.
+  async function decodeArray({ type, shape, data }) {
+    const [width, read, Kind] = READERS[type];
+    const packed = Uint8Array.from(atob(data), (letter) => letter.charCodeAt(0));
+    const stream = new Blob([packed]).stream().pipeThrough(new DecompressionStream("deflate"));
+    const planes = new Uint8Array(await new Response(stream).arrayBuffer());
+    const size = shape.reduce((product, length) => product * length, 1);
+    if (planes.length !== size * width) throw new Error(`${type} array of ${shape}: ${planes.length} bytes`);
+    halves ??= Float32Array.from({ length: 65536 }, (_, bits) => halfToFloat(bits));
+    const element = new DataView(new ArrayBuffer(width));
+    const values = new Kind(size);
+    for (let i = 0; i < size; i++) {
+      for (let b = 0; b < width; b++) element.setUint8(b, planes[b * size + i]);
+      values[i] = read(element, 0, halves);
+    }
+    return values;
+  }
+
+  async function decodeAll(arrays) {
+    const names = Object.keys(arrays);
+    const values = await Promise.all(names.map((name) => decodeArray(arrays[name])));
+    return Object.fromEntries(names.map((name, i) => [name, values[i]]));
+  }
+
+  // A basis of many modes: the first in half precision, the rest in bytes, each mode with a step of its own.
+  function joinBasis(head, tail, steps, n) {
+    const evecs = new Float32Array(head.length + tail.length);
+    evecs.set(head);
+    for (let i = 0; i < tail.length; i++) evecs[head.length + i] = tail[i] * steps[Math.floor(i / n)];
+    return evecs;
+  }
+
+  // --- analyze, change the coefficients, synthesize ----------------------------------------------------------------
+
+  // The sum over from <= k < to of coefficients[k] times mode k; four modes in one pass, for speed.
+  function synthesize(evecs, coefficients, n, from = 0, to = coefficients.length) {
+    const sum = new Float32Array(n);
+    let k = from;
+    for (; k + 4 <= to; k += 4) {
+      const [a, b, c, d] = [0, 1, 2, 3].map((step) => coefficients[k + step]);
+      const start = k * n;
+      for (let i = 0, at = start; i < n; i++, at++) {
+        sum[i] += a * evecs[at] + b * evecs[at + n] + c * evecs[at + 2 * n] + d * evecs[at + 3 * n];
+      }
+    }
+    for (; k < to; k++) {
+      for (let i = 0, at = k * n; i < n; i++, at++) sum[i] += coefficients[k] * evecs[at];
+    }
+    return sum;
+  }
+
+  const row = (evecs, n, k, vertex) => Float32Array.from({ length: k }, (_, mode) => evecs[mode * n + vertex]);
+
+  function integral(mass, f) {
+    let sum = 0;
+    for (let i = 0; i < f.length; i++) sum += mass[i] * f[i];
+    return sum;
+  }
+
+  // sqrt(sum of mass |p - q|^2 / sum of mass): p and q hold one array for each coordinate.
+  function rmsDistance(mass, p, q) {
+    let sum = 0;
+    let total = 0;
+    for (let i = 0; i < mass.length; i++) {
+      total += mass[i];
+      for (let d = 0; d < p.length; d++) sum += mass[i] * (p[d][i] - q[d][i]) ** 2;
+    }
+    return Math.sqrt(sum / total);
+  }
+
+  // Errors with 0, 1, 2, ... modes, from the error with all of them: Parseval, summed from the small end.
+  function truncationErrors(coefficients, errorOfAll, area) {
+    const squares = [errorOfAll ** 2 * area];
+    for (let k = coefficients[0].length - 1; k >= 0; k--) {
+      squares.push(squares.at(-1) + coefficients.reduce((sum, c) => sum + c[k] ** 2, 0));
+    }
+    return squares.reverse().map((square) => Math.sqrt(square / area));
+  }
+
+  // --- heat, waves, a quantum particle -----------------------------------------------------------------------------
+
+  const heatAt = (evals, c, t) => Float32Array.from(c, (value, k) => value * Math.exp(-evals[k] * t));
+  const waveAt = (evals, c, t) => Float32Array.from(c, (value, k) => value * Math.cos(Math.sqrt(evals[k]) * t));
+  const waveSpeedAt = (evals, c, t) =>
+    Float32Array.from(c, (value, k) => -value * Math.sqrt(evals[k]) * Math.sin(Math.sqrt(evals[k]) * t));
+
+  // Half the squared speed plus half the squared slope, both by their coefficients.
+  function waveEnergy(evals, position, speed) {
+    return position.reduce((sum, c, k) => sum + (speed[k] ** 2 + evals[k] * c ** 2) / 2, 0);
+  }
+
+  // --- signals -----------------------------------------------------------------------------------------------------
+
+  // a[k] = <f, cos>/N and b[k] = <f, sin>/N, by definition, for k = 0 .. N/2; each wave between counts twice.
+  function fourier(f) {
+    const N = f.length;
+    const half = Math.floor(N / 2);
+    const a = new Float64Array(half + 1);
+    const b = new Float64Array(half + 1);
+    for (let k = 0; k <= half; k++) {
+      const times = k === 0 || 2 * k === N ? 1 : 2;
+      for (let n = 0; n < N; n++) {
+        const angle = (2 * Math.PI * ((k * n) % N)) / N;
+        a[k] += (times * f[n] * Math.cos(angle)) / N;
+        b[k] += (times * f[n] * Math.sin(angle)) / N;
+      }
+    }
+    return { a, b };
+  }
+
+  function inverseFourier({ a, b }, N) {
+    return Float64Array.from({ length: N }, (_, n) => {
+      let sum = 0;
+      for (let k = 0; k < a.length; k++) {
+        const angle = (2 * Math.PI * ((k * n) % N)) / N;
+        sum += a[k] * Math.cos(angle) + b[k] * Math.sin(angle);
+      }
+      return sum;
+    });
+  }
+
+  const amplitudes = ({ a, b }) => Float64Array.from(a, (value, k) => Math.hypot(value, b[k]));
+
+  // Which K entries are largest, as booleans; of equals the earlier one.
+  function largest(values, K) {
+    const order = Array.from(values, (_, k) => k).sort((j, k) => values[k] - values[j] || j - k);
+    const kept = new Set(order.slice(0, K));
+    return Array.from(values, (_, k) => kept.has(k));
+  }
+
+  // --- maps and labels ---------------------------------------------------------------------------------------------
+
+  // Half the squared length of every row of the first k modes.
+  function halfSquares(evecs, n, k) {
+    const sums = new Float32Array(n);
+    for (let at = 0; at < k * n; at++) sums[at % n] += evecs[at] ** 2 / 2;
+    return sums;
+  }
+
+  // The vertex whose row is nearest to the given one: |x - y|^2 / 2 = |x|^2 / 2 - <x, y> + |y|^2 / 2.
+  function nearestRow(evecs, n, target, halves = halfSquares(evecs, n, target.length)) {
+    const products = synthesize(evecs, target, n);
+    let best = 0;
+    for (let i = 1; i < n; i++) if (halves[i] - products[i] < halves[best] - products[best]) best = i;
+    return best;
+  }
+
+  // C (k, k) row after row, of which the first `size` rows and columns count: the coefficients on 2 of a function on 1.
+  function mapCoefficients(C, k, c, size) {
+    return Float32Array.from({ length: size }, (_, r) => {
+      let sum = 0;
+      for (let j = 0; j < size; j++) sum += C[r * k + j] * c[j];
+      return sum;
+    });
+  }
+
+  // Adjusted Rand index (Hubert and Arabie 1985): 1 for the same parts whatever their names, 0 for chance.
+  function adjustedRand(p, q) {
+    const pairs = (counts) => Object.values(counts).reduce((sum, count) => sum + (count * (count - 1)) / 2, 0);
+    const [inP, inQ, inBoth] = [{}, {}, {}];
+    for (let i = 0; i < p.length; i++) {
+      inP[p[i]] = (inP[p[i]] ?? 0) + 1;
+      inQ[q[i]] = (inQ[q[i]] ?? 0) + 1;
+      const both = `${p[i]} ${q[i]}`;
+      inBoth[both] = (inBoth[both] ?? 0) + 1;
+    }
+    const chance = (pairs(inP) * pairs(inQ)) / pairs({ all: p.length });
+    const most = (pairs(inP) + pairs(inQ)) / 2;
+    return most === chance ? 1 : (pairs(inBoth) - chance) / (most - chance);
+  }
+
+  // --- places ------------------------------------------------------------------------------------------------------
+
+  const PLACES = ["its +x end", "its −x end", "its +y end", "its −y end", "its +z end", "its −z end"];
+
+  // The vertex farthest along the direction of a place, by its number.
+  function farthest(coordinates, place) {
+    const [axis, sign] = [Math.floor(place / 2), place % 2 ? -1 : 1];
+    return coordinates[axis].reduce((best, value, i, x) => (sign * value > sign * x[best] ? i : best), 0);
+  }
+
+  // --- where a function is zero ------------------------------------------------------------------------------------
+
+  // Segments of the zero set of f, as three coordinate lists with a null after each segment.
+  function nodalLines(coordinates, faces, f) {
+    const lines = coordinates.map(() => []);
+    for (let t = 0; t < faces.length; t += 3) {
+      const crossed = [[0, 1], [1, 2], [2, 0]]
+        .map(([p, q]) => [faces[t + p], faces[t + q]])
+        .filter(([i, j]) => f[i] < 0 !== f[j] < 0);
+      if (!crossed.length) continue;
+      for (const [i, j] of crossed) {
+        const s = f[i] / (f[i] - f[j]);
+        coordinates.forEach((x, d) => lines[d].push(x[i] + s * (x[j] - x[i])));
+      }
+      lines.forEach((line) => line.push(null));
+    }
+    return lines;
+  }
+
+  // Into how many pieces of one sign a function cuts a surface; values up to 1e-3 of the largest count as zero.
+  function nodalDomains(faces, f) {
+    const parent = Uint32Array.from(f, (_, i) => i);
+    const top = (i) => {
+      while (parent[i] !== i) i = parent[i] = parent[parent[i]];
+      return i;
+    };
+    const small = 1e-3 * f.reduce((most, value) => Math.max(most, Math.abs(value)), 0);
+    const sign = Int8Array.from(f, (value) => (Math.abs(value) <= small ? 0 : Math.sign(value)));
+    for (let t = 0; t < faces.length; t += 3) {
+      for (let p = 0; p < 3; p++) {
+        const [i, j] = [faces[t + p], faces[t + ((p + 1) % 3)]];
+        if (sign[i] * sign[j] > 0) parent[top(i)] = top(j);
+      }
+    }
+    return parent.reduce((count, up, i) => count + (up === i && sign[i] !== 0), 0);
+  }
+
+  // --- colours -----------------------------------------------------------------------------------------------------
+
+  // Stops of matplotlib's RdBu_r and viridis, and the label colours of the book's stills.
+  const SIGNED = ["#053061", "#2166ac", "#4393c3", "#92c5de", "#d1e5f0", "#f7f7f7", "#fddbc7", "#f4a582", "#d6604d", "#b2182b", "#67001f"];
+  const POSITIVE = ["#440154", "#472d7b", "#3b528b", "#2c728e", "#21918c", "#28ae80", "#5ec962", "#addc30", "#fde725"];
+  const LABELS = ["#4477aa", "#ee6677", "#228833", "#ccbb44", "#66ccee", "#aa3377", "#bbbbbb", "#ee7733", "#009988", "#882255", "#ddaa33", "#332288"];
+
+  const colorScale = (stops) => stops.map((color, i) => [i / (stops.length - 1), color]);
+  const labelScale = () => LABELS.flatMap((color, i) => [[i / LABELS.length, color], [(i + 1) / LABELS.length, color]]);
+
+  // The colour at x, from 0 to 1, between the stops: [red, green, blue] from 0 to 255.
+  function colorAt(stops, x) {
+    const place = Math.min(Math.max(x, 0), 1) * (stops.length - 1);
+    const i = Math.min(Math.floor(place), stops.length - 2);
+    const part = (color, at) => parseInt(color.slice(at, at + 2), 16);
+    return [1, 3, 5].map((at) => Math.round(part(stops[i], at) + (place - i) * (part(stops[i + 1], at) - part(stops[i], at))));
+  }
+
+  notes.numerics = {
+    halfToFloat, decodeArray, decodeAll, joinBasis, synthesize, row, integral, rmsDistance, truncationErrors,
+    heatAt, waveAt, waveSpeedAt, waveEnergy, fourier, inverseFourier, amplitudes, largest,
+    halfSquares, nearestRow, mapCoefficients, adjustedRand, nodalLines, nodalDomains, colorScale, labelScale, colorAt,
+    farthest, PLACES, SIGNED, POSITIVE,
+  };
+})();

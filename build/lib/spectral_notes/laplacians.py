@@ -1,0 +1,323 @@
+"""Laplacians of intervals, graphs, meshes and point clouds, each as the pair (L, M) of one eigenproblem.
+
+    L phi = lambda M phi
+
+`L` is weak (integrated over each vertex's patch), symmetric and positive semidefinite: f^T L f is the Dirichlet energy.
+`M` is the mass matrix: f^T M g is the inner product. The pointwise Laplacian is M^-1 L; the sign is that of -d^2/dx^2.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import robust_laplacian
+import scipy.sparse as sp
+
+from spectral_notes._checks import FloatArray, as_choice, as_count, as_instance, as_number, as_symmetric
+from spectral_notes.meshes import FLAT, PointCloud, TriangleMesh, as_mesh, face_areas, row_norms
+
+Pair = tuple[sp.csr_array, sp.csr_array]
+
+
+def interval_laplacian(n: int, length: float = 1.0, *, ends: str = "neumann") -> Pair:
+    """Return the positive semidefinite Laplacian of an interval or a circle from n equally spaced samples.
+
+    With spacing h, ``f @ L @ f`` is the sum of (f[i+1] - f[i])^2 / h, and `M` holds the trapezoid weights.
+
+    Parameters
+    ----------
+    n : int
+        Number of samples, at least 3.
+    length : float
+        Length of the interval, or of the circle.
+    ends : {"neumann", "dirichlet", "periodic"}
+        Free ends: samples include both ends, h = length / (n - 1). Fixed ends: samples are inside,
+        h = length / (n + 1). A circle: h = length / n.
+
+    Returns
+    -------
+    L : csr_array, shape (n, n)
+        Weak Laplacian, in 1 / length.
+    M : csr_array, shape (n, n)
+        Diagonal mass, in length; it sums to the length when the ends are free or joined.
+
+    Raises
+    ------
+    TypeError, ValueError
+        If n < 3, the length is not positive, or `ends` is none of the three.
+
+    Examples
+    --------
+    >>> L, M = interval_laplacian(3, 2.0)
+    >>> L.toarray().tolist()
+    [[1.0, -1.0, 0.0], [-1.0, 2.0, -1.0], [0.0, -1.0, 1.0]]
+    >>> M.diagonal().tolist()
+    [0.5, 1.0, 0.5]
+    """
+    n = as_count("n", n, 3)
+    length = as_number("length", length, above=0.0)
+    ends = as_choice("ends", ends, ("neumann", "dirichlet", "periodic"))
+    h = length / {"neumann": n - 1, "dirichlet": n + 1, "periodic": n}[ends]
+    diagonal, mass = np.full(n, 2.0 / h), np.full(n, h)
+    if ends == "neumann":
+        diagonal[[0, -1]] /= 2.0
+        mass[[0, -1]] /= 2.0
+    L = sp.diags_array([np.full(n - 1, -1.0 / h), diagonal, np.full(n - 1, -1.0 / h)], offsets=[-1, 0, 1]).tolil()
+    if ends == "periodic":
+        L[0, n - 1] = L[n - 1, 0] = -1.0 / h
+    return sp.csr_array(L), _diagonal(mass)
+
+
+def graph_laplacian(W: Any, *, mass: str = "identity") -> Pair:
+    """Return the positive semidefinite graph Laplacian L = D - W, where D holds the row sums of the weights W.
+
+    ``f @ L @ f`` is the sum of W[i, j] (f[i] - f[j])^2 over the edges.
+
+    Parameters
+    ----------
+    W : sparse or dense array, shape (n, n)
+        Symmetric edge weights, not negative; W[i, j] > 0 where i and j are joined. Its diagonal cancels.
+    mass : {"identity", "degree"}
+        "identity" counts each vertex once. "degree" sets M = D, which turns the eigenproblem into that of normalised
+        cuts and needs every vertex to have an edge.
+
+    Returns
+    -------
+    L : csr_array, shape (n, n)
+        Laplacian, in units of the weights.
+    M : csr_array, shape (n, n)
+        Diagonal mass.
+
+    Raises
+    ------
+    TypeError, ValueError
+        If W is not real, square, symmetric and non-negative, or a vertex has no edge though the mass is its degree.
+
+    Examples
+    --------
+    >>> L, M = graph_laplacian([[0, 1, 0], [1, 0, 2], [0, 2, 0]])
+    >>> L.toarray().tolist()
+    [[1.0, -1.0, 0.0], [-1.0, 3.0, -2.0], [0.0, -2.0, 2.0]]
+
+    References
+    ----------
+    Chung, *Spectral Graph Theory* (1997), ch. 1.
+    """
+    W = as_symmetric("W", W)
+    mass = as_choice("mass", mass, ("identity", "degree"))
+    if W.nnz and W.data.min() < 0:
+        raise ValueError(f"W must hold no negative weight; the smallest is {W.data.min():g}")
+    degree = W.sum(axis=1)
+    if mass == "degree" and not degree.all():
+        lone = int(np.flatnonzero(degree == 0)[0])
+        raise ValueError(f"W must give every vertex an edge when mass='degree'; vertex {lone} has none")
+    L = sp.csr_array(sp.diags_array(degree) - W)
+    L.eliminate_zeros()
+    return L, _diagonal(np.ones(len(degree)) if mass == "identity" else degree)
+
+
+def cotan_laplacian(mesh: TriangleMesh, *, mass: str = "lumped") -> Pair:
+    """Return the positive semidefinite cotangent Laplacian of a mesh: linear finite elements on its triangles.
+
+    The entry of edge ij is L[i, j] = -(cot alpha + cot beta) / 2, with the angles opposite that edge; rows sum to zero.
+
+    Parameters
+    ----------
+    mesh : TriangleMesh
+        The mesh, closed or with a boundary (whose condition is then Neumann's: nothing flows out).
+    mass : {"lumped", "full"}
+        See `mass_matrix`.
+
+    Returns
+    -------
+    L : csr_array, shape (n, n)
+        Weak Laplacian, without unit: scaling the mesh leaves it unchanged.
+    M : csr_array, shape (n, n)
+        Mass matrix, in squared units of the vertices; its entries sum to the area.
+
+    Raises
+    ------
+    ValueError
+        If a face has no area or a vertex no face (`robust_mesh_laplacian` and `clean_mesh` are the remedies).
+
+    Examples
+    --------
+    >>> L, M = cotan_laplacian(TriangleMesh([[0, 0, 0], [1, 0, 0], [0, 1, 0]], [[0, 1, 2]]))
+    >>> L.toarray().round(12).tolist()
+    [[1.0, -0.5, -0.5], [-0.5, 0.5, 0.0], [-0.5, 0.0, 0.5]]
+
+    References
+    ----------
+    Pinkall and Polthier, "Computing discrete minimal surfaces and their conjugates" (1993), eq. 8 and 9.
+    """
+    mesh = as_mesh(mesh)
+    kind = as_choice("mass", mass, ("lumped", "full"))
+    _refuse_lone_vertices(mesh)
+    i, j, k = mesh.faces.T.astype(np.int32)
+    at_i, at_j, at_k = mesh.vertices[i], mesh.vertices[j], mesh.vertices[k]
+    a, b, c = at_j - at_i, at_k - at_j, at_i - at_k
+    areas = row_norms(np.cross(a, b)) / 2.0
+    _refuse_flat_faces(areas, np.maximum(_dot(a, a), np.maximum(_dot(b, b), _dot(c, c))))
+    cotangents = -np.concatenate([_dot(c, a), _dot(a, b), _dot(b, c)]) / np.tile(2.0 * areas, 3)  # at corners i, j, k
+    n = mesh.n_vertices
+    W = sp.csr_array((cotangents / 2.0, (np.concatenate([j, k, i]), np.concatenate([k, i, j]))), (n, n))
+    W = W + W.T  # W[i, j] = (cot alpha + cot beta) / 2, each cotangent given to the edge opposite its corner
+    return sp.csr_array(sp.diags_array(W.sum(axis=1), format="csr") - W), _mass(mesh, areas, kind)
+
+
+def mass_matrix(mesh: TriangleMesh, *, kind: str = "lumped") -> sp.csr_array:
+    """Return the mass matrix of a mesh: f^T M g is the integral of f g, and 1^T M 1 the area.
+
+    Parameters
+    ----------
+    mesh : TriangleMesh
+        The mesh.
+    kind : {"lumped", "full"}
+        "full" integrates the products of hat functions exactly: area / 6 on the diagonal and area / 12 off it, for each
+        triangle. "lumped" gives each corner a third of its triangles' areas, which is the sum of the full one's row.
+
+    Returns
+    -------
+    csr_array, shape (n, n)
+        Symmetric positive definite, in squared units of the vertices.
+
+    Raises
+    ------
+    ValueError
+        If a vertex belongs to no face, or to none with an area, so that its mass would be zero.
+
+    Examples
+    --------
+    >>> mass_matrix(TriangleMesh([[0, 0, 0], [1, 0, 0], [0, 1, 0]], [[0, 1, 2]]), kind="full").toarray()[0] * 24
+    array([2., 1., 1.])
+    """
+    mesh = as_mesh(mesh)
+    kind = as_choice("kind", kind, ("lumped", "full"))
+    _refuse_lone_vertices(mesh)
+    M = _mass(mesh, face_areas(mesh), kind)
+    if not M.diagonal().all():
+        vertex = int(np.argmin(M.diagonal()))
+        raise ValueError(f"mesh must have a face with an area at every vertex; those of vertex {vertex} have none")
+    return M
+
+
+def robust_mesh_laplacian(mesh: TriangleMesh) -> Pair:
+    """Return the positive semidefinite robust Laplacian of a mesh, whatever the quality of its triangles.
+
+    It is the cotangent Laplacian of the intrinsic Delaunay triangulation of the mesh's double cover: its off-diagonal
+    entries are never positive, slivers do no harm, and non-manifold edges are allowed.
+
+    Parameters
+    ----------
+    mesh : TriangleMesh
+        The mesh; neither manifold nor oriented need it be.
+
+    Returns
+    -------
+    L, M : csr_array, shape (n, n)
+        Weak Laplacian and lumped mass, in the units of `cotan_laplacian`.
+
+    Raises
+    ------
+    ValueError
+        If a vertex belongs to no face (`clean_mesh` drops such vertices), or all vertices coincide.
+
+    Examples
+    --------
+    >>> L, M = robust_mesh_laplacian(TriangleMesh([[0, 0, 0], [1, 0, 0], [0, 1, 0]], [[0, 1, 2]]))
+    >>> round(float(M.diagonal().sum()), 3)
+    0.5
+
+    References
+    ----------
+    Sharp and Crane, "A Laplacian for Nonmanifold Triangle Meshes" (2020).
+    """
+    mesh = as_mesh(mesh)
+    _refuse_lone_vertices(mesh)
+    L, M = robust_laplacian.mesh_laplacian(mesh.vertices, mesh.faces)
+    if not np.isfinite(L.data).all():
+        raise ValueError("mesh must not be a point, nor so small that its areas vanish")
+    return sp.csr_array(L), sp.csr_array(M)
+
+
+def robust_cloud_laplacian(cloud: PointCloud, *, n_neighbors: int = 30) -> Pair:
+    """Return the positive semidefinite robust Laplacian of a point cloud, from triangles of each point's neighbours.
+
+    Parameters
+    ----------
+    cloud : PointCloud
+        Points on a surface.
+    n_neighbors : int
+        Neighbours that each local triangulation uses, 3 .. n_points - 1.
+
+    Returns
+    -------
+    L, M : csr_array, shape (n, n)
+        Weak Laplacian and lumped mass, in the units of `cotan_laplacian`.
+
+    Raises
+    ------
+    TypeError, ValueError
+        If it is no cloud, the number of neighbours is out of range, or the points coincide or lie on a line.
+
+    Examples
+    --------
+    >>> points = np.random.default_rng(0).standard_normal((400, 3))
+    >>> sphere = PointCloud(points / np.linalg.norm(points, axis=1)[:, None])
+    >>> L, M = robust_cloud_laplacian(sphere)
+    >>> round(float(M.diagonal().sum() / (4 * np.pi)), 1)  # the area, near that of the sphere
+    1.0
+
+    References
+    ----------
+    Sharp and Crane, "A Laplacian for Nonmanifold Triangle Meshes" (2020), section 5.7.
+    """
+    cloud = as_instance("cloud", cloud, PointCloud, "PointCloud(points) makes one; for a mesh, robust_mesh_laplacian")
+    n_neighbors = as_count("n_neighbors", n_neighbors, 3, cloud.n_points - 1)
+    try:
+        L, M = robust_laplacian.point_cloud_laplacian(cloud.points, n_neighbors=n_neighbors)
+    except RuntimeError as error:
+        reason = "its points coincide, or lie on a line" if "unreferenced vertex" in str(error) else error
+        raise ValueError(f"cloud must lie on a surface; no triangles were found: {reason}") from error
+    return sp.csr_array(L), sp.csr_array(M)
+
+
+def _diagonal(entries: FloatArray) -> sp.csr_array:
+    """A diagonal matrix."""
+    return sp.csr_array(sp.diags_array(entries))
+
+
+def _mass(mesh: TriangleMesh, areas: FloatArray, kind: str) -> sp.csr_array:
+    """Mass matrix from the areas of the faces."""
+    n = mesh.n_vertices
+    if kind == "lumped":
+        return _diagonal(np.bincount(mesh.faces.ravel(), np.repeat(areas / 3.0, 3), minlength=n).astype(np.float64))
+    rows, columns = np.repeat(mesh.faces, 3, axis=1), np.tile(mesh.faces, (1, 3))  # (m, 9)
+    entries = areas[:, None] * (1.0 + (rows == columns)) / 12.0
+    return sp.csr_array((entries.ravel(), (rows.ravel(), columns.ravel())), (n, n))
+
+
+def _dot(u: FloatArray, v: FloatArray) -> FloatArray:
+    """Dot product of each row of u with that of v."""
+    return np.einsum("ij,ij->i", u, v)
+
+
+def _refuse_flat_faces(areas: FloatArray, longest_squared: FloatArray) -> None:
+    """Refuse faces so thin that their cotangents mean nothing."""
+    flat = np.flatnonzero(areas <= FLAT * longest_squared)
+    if len(flat):
+        raise ValueError(
+            f"mesh must have no face without area; {len(flat)} of its faces have none, the first is face {flat[0]}. "
+            "robust_mesh_laplacian(mesh) works on such meshes"
+        )
+
+
+def _refuse_lone_vertices(mesh: TriangleMesh) -> None:
+    """Refuse vertices without a face: their mass would be zero."""
+    lone = np.flatnonzero(np.bincount(mesh.faces.ravel(), minlength=mesh.n_vertices) == 0)
+    if len(lone):
+        raise ValueError(
+            f"mesh must have no vertex without a face; {len(lone)} have none, the first is vertex {lone[0]}. "
+            "clean_mesh(mesh.vertices, mesh.faces) drops them"
+        )

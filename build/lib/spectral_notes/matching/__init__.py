@@ -1,0 +1,37 @@
+"""From descriptors of two shapes to a refined map between their points, with a doubt that is said."""
+
+from spectral_notes.matching.map_fitting import (
+    fit_functional_map,
+    multiplications,
+    point_descriptors,
+    rotations,
+    wave_kernels,
+)
+from spectral_notes.matching.map_refinement import bijective_zoomout, icp, zoomout
+from spectral_notes.matching.point_maps import (
+    coarse_copy,
+    geodesic_errors,
+    orientation_score,
+    precise_map,
+    surface_weights,
+)
+from spectral_notes.matching.shape_matching import ShapeMatch, isometry_defect, match_shapes
+
+__all__ = [
+    "ShapeMatch",
+    "match_shapes",
+    "isometry_defect",
+    "wave_kernels",
+    "point_descriptors",
+    "multiplications",
+    "rotations",
+    "fit_functional_map",
+    "icp",
+    "zoomout",
+    "bijective_zoomout",
+    "precise_map",
+    "orientation_score",
+    "geodesic_errors",
+    "coarse_copy",
+    "surface_weights",
+]

@@ -1,0 +1,279 @@
+"""From descriptors to a functional map: functions that correspond on two shapes, and one linear system for C_12."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+import scipy.sparse as sp
+from numpy.typing import ArrayLike
+
+from spectral_notes._checks import FloatArray, as_choice, as_count, as_floats, as_increasing, as_indices, as_number
+from spectral_notes.descriptors import (
+    first_nonzero,
+    heat_kernel_signature,
+    signature_energies,
+    signature_times,
+    unit_area,
+    wave_kernel_signature,
+)
+from spectral_notes.eigenbasis import Eigenbasis
+from spectral_notes.functional_maps import size_ratio
+from spectral_notes.mesh_calculus import arrows_of_rows, gradient_matrix
+from spectral_notes.meshes import TriangleMesh, face_areas, face_normals
+
+Pairs = Sequence[tuple[FloatArray, FloatArray]]
+
+
+def wave_kernels(basis: Eigenbasis, landmarks: ArrayLike, energies: ArrayLike, width: float) -> FloatArray:
+    """Return the wave kernel of each landmark: functions of either sign that tell where it is, in bands of frequency.
+
+    K(x, l, e) = sum_k g_k(e) phi_k(x) phi_k(l) / sum_k g_k(e), with the gains of `wave_kernel_signature`, which is its
+    diagonal x = l.
+
+    Parameters
+    ----------
+    basis : Eigenbasis
+        The modes.
+    landmarks : array_like of int, shape (q,)
+        Vertices.
+    energies : array_like, shape (p,), p >= 2
+        Logarithms of eigenvalues, ascending; `signature_energies` chooses them, and the width.
+    width : float
+        Standard deviation in e, above 0.
+
+    Returns
+    -------
+    ndarray, shape (n, q * p)
+        Pointwise; the p columns of the first landmark first.
+
+    Raises
+    ------
+    TypeError, ValueError
+        If a landmark is no vertex, energies do not increase, or the width is not positive.
+
+    Examples
+    --------
+    >>> from spectral_notes import compute_eigenbasis, cotan_laplacian, shapes
+    >>> basis = compute_eigenbasis(*cotan_laplacian(shapes.egg(3)), k=40)
+    >>> energies, width = signature_energies(basis, 8)
+    >>> kernels = wave_kernels(basis, [5], energies, width)
+    >>> bool(np.allclose(kernels[5], wave_kernel_signature(basis, energies, width)[5]))
+    True
+
+    References
+    ----------
+    Ovsjanikov et al., "Functional maps" (2012), section 5.1, for landmarks as functions.
+    """
+    landmarks = as_indices("landmarks", landmarks, ("q",), basis.n)
+    energies, width = as_increasing("energies", energies), as_number("width", width, above=0.0)
+    first = first_nonzero(basis, 2)
+    distance = (energies - np.log(basis.evals[first:, None])) / width  # (modes, p)
+    gains = np.exp(-0.5 * (distance**2 - (distance**2).min(axis=0)))
+    gains /= gains.sum(axis=0)
+    evecs = basis.evecs[:, first:]
+    return np.hstack([evecs @ (evecs[landmark, :, None] * gains) for landmark in landmarks] or [np.empty((basis.n, 0))])
+
+
+def point_descriptors(
+    basis: Eigenbasis, landmarks: ArrayLike = (), *, kind: str = "wave", n_each: int = 100
+) -> FloatArray:
+    """Return functions of a shape to be matched: a signature, and the wave kernels of landmarks; none knows the scale.
+
+    Each column has norm one on the shape scaled to area one, so that all count alike.
+
+    Parameters
+    ----------
+    basis : Eigenbasis
+        The modes.
+    landmarks : array_like of int, shape (q,)
+        Vertices whose images are known.
+    kind : {"wave", "heat"}
+        The signature: of waves or of heat.
+    n_each : int
+        Columns of the signature, and of each landmark.
+
+    Returns
+    -------
+    ndarray, shape (n, (1 + q) * n_each)
+        Pointwise.
+
+    Raises
+    ------
+    TypeError, ValueError
+        If a landmark is no vertex, or the kind is none of these.
+
+    Examples
+    --------
+    >>> from spectral_notes import compute_eigenbasis, cotan_laplacian, shapes
+    >>> basis = compute_eigenbasis(*cotan_laplacian(shapes.egg(3)), k=40)
+    >>> f = point_descriptors(basis, [0, 7], n_each=10)
+    >>> f.shape, bool(np.allclose((f * (basis.M @ f)).sum(axis=0) / basis.M.sum(), 1.0))
+    ((642, 30), True)
+    """
+    basis = unit_area(basis)
+    energies, width = signature_energies(basis, as_count("n_each", n_each, 2))
+    if as_choice("kind", kind, ("wave", "heat")) == "wave":
+        signature = wave_kernel_signature(basis, energies, width)
+    else:
+        signature = heat_kernel_signature(basis, signature_times(basis, n_each))
+    columns = np.hstack([signature, wave_kernels(basis, np.asarray(landmarks, dtype=np.int64), energies, width)])
+    return columns / np.sqrt((columns * (basis.M @ columns)).sum(axis=0))
+
+
+def multiplications(basis: Eigenbasis, functions: ArrayLike) -> list[FloatArray]:
+    """Return for each function f the matrix of g -> f g among the modes: Phi^T M diag(f) Phi, symmetric.
+
+    A map of points carries products to products, so C_12 commutes with these.
+
+    Parameters
+    ----------
+    basis : Eigenbasis
+        The modes, with a lumped mass matrix.
+    functions : array_like, shape (n, p)
+        Pointwise.
+
+    Returns
+    -------
+    list of ndarray, shape (k, k)
+        One for each function.
+
+    Examples
+    --------
+    >>> from spectral_notes import compute_eigenbasis, cotan_laplacian, shapes
+    >>> basis = compute_eigenbasis(*cotan_laplacian(shapes.egg(3)), k=4)
+    >>> multiplications(basis, np.ones((642, 1)))[0].round(6).tolist() == np.eye(4).tolist()
+    True
+
+    References
+    ----------
+    Nogneng and Ovsjanikov, "Informative descriptor preservation via commutativity for shape matching" (2017), eq. 4.
+    """
+    f = as_floats("functions", functions, (basis.n, "p"))
+    weighted = basis.M @ basis.evecs
+    return [weighted.T @ (column[:, None] * basis.evecs) for column in f.T]
+
+
+def rotations(mesh: TriangleMesh, basis: Eigenbasis, functions: ArrayLike) -> list[FloatArray]:
+    """Return for each function f the matrix of g -> normal . (grad f x grad g), antisymmetric on a closed surface.
+
+    It changes its sign under a mirror image, so a C_12 that commutes with these keeps the right side up, even where
+    every function f is symmetric. Times the area, so that it does not know the scale.
+
+    Parameters
+    ----------
+    mesh : TriangleMesh
+        The shape, its faces counter-clockwise seen from outside.
+    basis : Eigenbasis
+        Its modes.
+    functions : array_like, shape (n, p)
+        Pointwise.
+
+    Returns
+    -------
+    list of ndarray, shape (k, k)
+        One for each function.
+
+    Examples
+    --------
+    >>> from spectral_notes import compute_eigenbasis, cotan_laplacian, shapes
+    >>> mesh = shapes.egg(3)
+    >>> basis = compute_eigenbasis(*cotan_laplacian(mesh), k=6)
+    >>> turn = rotations(mesh, basis, mesh.vertices[:, 2:])[0]
+    >>> bool(np.allclose(turn, -turn.T))
+    True
+
+    References
+    ----------
+    Ren, Poulenard, Wonka and Ovsjanikov, "Continuous and orientation-preserving correspondences via functional maps"
+    (2018), section 4.
+    """
+    f = as_floats("functions", functions, (mesh.n_vertices, "p"))
+    G, normals, areas = gradient_matrix(mesh), face_normals(mesh), face_areas(mesh)
+    corner_mean = sp.csr_array(
+        (np.repeat(areas / 3.0, 3), (np.repeat(np.arange(mesh.n_faces), 3), mesh.faces.ravel())),
+        shape=(mesh.n_faces, mesh.n_vertices),
+    )
+    tested = corner_mean @ basis.evecs  # (m, k), integrated over each face
+    slopes = np.stack([arrows_of_rows(G @ mode) for mode in basis.evecs.T], axis=2)  # (m, 3, k)
+    across = [np.cross(normals, arrows_of_rows(G @ column)) for column in f.T]  # normal x grad f
+    return [areas.sum() * tested.T @ np.einsum("md,mdk->mk", arrows, slopes) for arrows in across]
+
+
+def fit_functional_map(
+    basis_1: Eigenbasis, basis_2: Eigenbasis, descriptors_1: ArrayLike, descriptors_2: ArrayLike, *,
+    operators: Pairs = (), w_laplacian: float = 0.1, w_operators: float = 1.0,
+) -> FloatArray:
+    """Return the functional map that carries descriptors to descriptors and commutes with operators: least squares.
+
+    With A and B the coefficients of the descriptors, it minimises |C A - B|^2 / |B|^2 + w_laplacian |Delta C|^2
+    + w_operators mean |C X_1 - X_2 C|^2 / |X_2|^2, where Delta C is C L_1 - L_2 C with entries in units of their root
+    mean square times sqrt(k), and (X_1, X_2) are the pairs of operators. Without operators each row of C is a small
+    system of its own; with them it is one of k1 k2 unknowns.
+
+    Parameters
+    ----------
+    basis_1, basis_2 : Eigenbasis
+        The modes of both shapes, k1 and k2 of them; some 20 to 40 with operators.
+    descriptors_1, descriptors_2 : array_like, shapes (n1, p) and (n2, p)
+        Functions that correspond, column by column.
+    operators : sequence of (ndarray (k1, k1), ndarray (k2, k2))
+        Operators that correspond, from `multiplications` or `rotations`.
+    w_laplacian, w_operators : float
+        Weights of commutativity with the Laplacian and with the operators, relative to the descriptors.
+
+    Returns
+    -------
+    ndarray, shape (k2, k1)
+        C_12.
+
+    Raises
+    ------
+    TypeError, ValueError
+        If the descriptors do not fit the shapes or each other, or a weight is negative.
+
+    Examples
+    --------
+    >>> from spectral_notes import compute_eigenbasis, cotan_laplacian, shapes
+    >>> basis = compute_eigenbasis(*cotan_laplacian(shapes.potato(subdivisions=3)), k=40)
+    >>> f = point_descriptors(basis, [0, 7, 100])
+    >>> few = basis.truncate(8)
+    >>> C_12 = fit_functional_map(few, few, f, f)
+    >>> bool(np.allclose(C_12, np.eye(8), atol=1e-4))
+    True
+
+    References
+    ----------
+    Ovsjanikov et al., "Functional maps" (2012), section 6; Nogneng and Ovsjanikov (2017), section 5.
+    """
+    f_1 = as_floats("descriptors_1", descriptors_1, (basis_1.n, "p"))
+    f_2 = as_floats("descriptors_2", descriptors_2, (basis_2.n, f_1.shape[1]))
+    w_laplacian = as_number("w_laplacian", w_laplacian, low=0.0)
+    w_operators = as_number("w_operators", w_operators, low=0.0)
+    one, two = unit_area(basis_1), unit_area(basis_2)
+    A, B = one.analyze(f_1), two.analyze(f_2)
+    scale = (B**2).sum()
+    gram, target = A @ A.T / scale, B @ A.T / scale  # (k1, k1), (k2, k1)
+    squares = (one.evals - two.evals[:, None]) ** 2  # (k2, k1)
+    penalty = w_laplacian * squares / (squares.mean() * np.sqrt(squares.size)) + 1e-10
+    if len(operators) and w_operators > 0.0:
+        C = _solve_coupled(gram, target, penalty, operators, w_operators)
+    else:
+        C = np.array([np.linalg.solve(gram + np.diag(own), row) for own, row in zip(penalty, target, strict=True)])
+    return np.asarray(C * np.sqrt(size_ratio(basis_2, basis_1)))
+
+
+def _solve_coupled(
+    gram: FloatArray, target: FloatArray, penalty: FloatArray, operators: Pairs, weight: float
+) -> FloatArray:
+    """Solve C gram + penalty * C + weight (normal equations of commutation) = target for C, as rows of one vector."""
+    k_2, k_1 = target.shape
+    sizes = [np.sqrt(len(operators) / weight) * np.linalg.norm(X_2) for _, X_2 in operators]
+    X_1 = np.stack([pair[0] / size for pair, size in zip(operators, sizes, strict=True)])  # (p, k1, k1)
+    X_2 = np.stack([pair[1] / size for pair, size in zip(operators, sizes, strict=True)])  # (p, k2, k2)
+    own_1 = gram + np.einsum("pij,pkj->ik", X_1, X_1)
+    own_2 = np.einsum("pji,pjk->ik", X_2, X_2)
+    system = np.kron(np.eye(k_2), own_1) + np.kron(own_2, np.eye(k_1)) + np.diag(penalty.ravel())
+    both = np.tensordot(X_2, X_1, (0, 0)).transpose(1, 3, 0, 2).reshape(target.size, target.size)
+    C = np.linalg.solve(system - both - both.T, target.ravel())  # both is C -> sum X_2^T C X_1
+    return np.asarray(C.reshape(k_2, k_1))

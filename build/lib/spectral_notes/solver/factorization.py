@@ -1,0 +1,189 @@
+"""One sparse factorization, used many times: solves with a positive definite matrix, and inertia.
+
+The factor costs as much as a hundred solves, so the eigenbasis engine makes one and keeps it. CHOLMOD (through the
+package cholespy) is used when it is installed; else SuperLU, which comes with SciPy, runs without row exchanges.
+"""
+
+from __future__ import annotations
+
+import importlib.util
+from collections.abc import Callable
+
+import numpy as np
+import scipy.sparse as sp
+from scipy.sparse.linalg import SuperLU, splu
+
+from spectral_notes._checks import FloatArray, as_choice
+
+Solve = Callable[[FloatArray], FloatArray]
+
+FACTORS = ("auto", "cholespy", "superlu")
+RHS_AT_A_TIME = 8  # CHOLMOD's simplicial solve is fastest with eight right-hand sides: more leave the cache
+
+
+def factorize(A: sp.csr_array, *, factor: str = "auto") -> Solve:
+    """Factor a symmetric positive definite matrix and return the function that solves A X = B.
+
+    Parameters
+    ----------
+    A : (n, n) sparse array
+        Symmetric positive definite.
+    factor : {"auto", "cholespy", "superlu"}
+        Which library factors; "auto" takes cholespy when it is installed.
+
+    Returns
+    -------
+    callable
+        Takes B, (n, q), and returns X, (n, q).
+
+    Raises
+    ------
+    ModuleNotFoundError
+        If cholespy is asked for and not installed.
+    ValueError
+        If A is not positive definite.
+
+    Examples
+    --------
+    >>> solve = factorize(sp.csr_array([[2.0, -1.0], [-1.0, 2.0]]), factor="superlu")
+    >>> solve(np.array([[1.0], [1.0]])).ravel().round(12).tolist()
+    [1.0, 1.0]
+
+    References
+    ----------
+    Chen, Davis, Hager and Rajamanickam, "Algorithm 887: CHOLMOD" (2008); Li, "An overview of SuperLU" (2005).
+    """
+    factor = as_choice("factor", factor, FACTORS)
+    installed = importlib.util.find_spec("cholespy") is not None
+    if factor == "cholespy" and not installed:
+        raise ModuleNotFoundError("factor='cholespy' needs the package cholespy: pip install cholespy")
+    return _cholmod(A) if installed and factor != "superlu" else _superlu(A)
+
+
+def symmetric_lu(A: sp.csr_array) -> SuperLU:
+    """Factor a symmetric matrix, definite or not, without row exchanges: P A P^T = L D L^T with U = D L^T.
+
+    The order of the rows is chosen once, for few nonzeros, and the same for the columns; so the signs on the
+    diagonal of U are the signs of the eigenvalues of A (Sylvester's law of inertia).
+
+    Parameters
+    ----------
+    A : (n, n) sparse array
+        Symmetric.
+
+    Returns
+    -------
+    SuperLU
+        The factorization; `.solve(B)` solves.
+
+    Raises
+    ------
+    ArithmeticError
+        If a pivot is zero, or so small that rows had to be exchanged.
+
+    Examples
+    --------
+    >>> int((symmetric_lu(sp.csr_array([[2.0, 1.0], [1.0, -3.0]])).U.diagonal() < 0).sum())
+    1
+    """
+    try:
+        lu = splu(sp.csc_array(A), permc_spec="MMD_AT_PLUS_A", diag_pivot_thresh=0.0, options={"SymmetricMode": True})
+    except RuntimeError as error:
+        raise ArithmeticError(f"the shifted matrix cannot be factored ({error}): move the shift") from None
+    if (lu.perm_r != lu.perm_c).any():
+        raise ArithmeticError("the shifted matrix has a zero pivot: move the shift")
+    return lu
+
+
+def count_below(L: sp.csr_array, M: sp.csr_array, value: float) -> int:
+    """Count the eigenvalues of L phi = lambda M phi below a value, without computing any: the inertia of L - value M.
+
+    Parameters
+    ----------
+    L, M : (n, n) sparse arrays
+        Symmetric, M positive definite.
+    value : float
+        In units of the eigenvalues; it must not be one of them.
+
+    Returns
+    -------
+    int
+        How many eigenvalues are smaller than `value`.
+
+    Raises
+    ------
+    ArithmeticError
+        If `value` is an eigenvalue to working precision.
+
+    Examples
+    --------
+    >>> count_below(sp.csr_array(np.diag([0.0, 1.0, 4.0])), sp.eye_array(3, format="csr"), 2.0)
+    2
+
+    References
+    ----------
+    Sylvester's law of inertia: Parlett, *The Symmetric Eigenvalue Problem* (1998), section 3.3.
+    """
+    A = sp.csr_array(L - value * M)
+    lu = symmetric_lu(A)
+    if not trustworthy(lu, A):
+        raise ArithmeticError(f"{value:g} is too close to an eigenvalue to count from: move the shift")
+    return int((lu.U.diagonal() < 0).sum())
+
+
+def trustworthy(lu: SuperLU, A: sp.csr_array) -> bool:
+    """Return whether a factor without row exchanges solves a system with A, as it does unless A is all but singular.
+
+    Examples
+    --------
+    >>> A = sp.csr_array([[1.0, 2.0], [2.0, -1.0]])
+    >>> trustworthy(symmetric_lu(A), A)
+    True
+    """
+    probe = np.sin(np.arange(1.0, A.shape[0] + 1))
+    return bool(abs(A @ lu.solve(probe) - probe).max() < 1e-4)
+
+
+def _cholmod(A: sp.csr_array) -> Solve:
+    """Solves by CHOLMOD's Cholesky factor."""
+    from cholespy import CholeskySolverD, MatrixType
+
+    # Rows, not columns: cholespy re-allocates arrays it is given as columns, which belong to NumPy.
+    rows, columns = A.indptr.astype(np.int32), A.indices.astype(np.int32)
+    try:
+        solver = CholeskySolverD(A.shape[0], rows, columns, A.data.copy(), MatrixType.CSR)
+    except ValueError:
+        raise ValueError(_indefinite()) from None
+
+    def solve(B: FloatArray) -> FloatArray:
+        X = np.empty_like(B)
+        for start in range(0, B.shape[1], RHS_AT_A_TIME):
+            part = np.ascontiguousarray(B[:, start : start + RHS_AT_A_TIME])
+            found = np.empty_like(part)
+            solver.solve(part, found)
+            X[:, start : start + RHS_AT_A_TIME] = found
+        return X
+
+    return solve
+
+
+def _superlu(A: sp.csr_array) -> Solve:
+    """Solves by SuperLU run as an L D L^T factorization."""
+    try:
+        lu = symmetric_lu(A)
+    except ArithmeticError:
+        raise ValueError(_indefinite()) from None
+    if lu.U.diagonal().min() <= 0:
+        raise ValueError(_indefinite())
+
+    def solve(B: FloatArray) -> FloatArray:
+        return np.asarray(lu.solve(B))
+
+    return solve
+
+
+def _indefinite() -> str:
+    return (
+        "L must be positive semidefinite; it has a negative eigenvalue: is its sign that of libigl (turn it), "
+        "or does the mesh have broken triangles (robust_mesh_laplacian)?"
+    )
