@@ -18,15 +18,21 @@ from pathlib import Path
 
 ROOT = Path(__file__).resolve().parents[1]
 USE = """
+import importlib, pkgutil
 from pathlib import Path
 import spectral_notes
-from spectral_notes import compression
-from spectral_notes.files import mesh_files
+from spectral_notes import compression, files, labs, plotting
 assert Path(spectral_notes.__file__).is_relative_to({environment!r}), spectral_notes.__file__
+rooms = [name for _, name, is_room in pkgutil.iter_modules(spectral_notes.__path__) if is_room]
+doors = [spectral_notes, *(importlib.import_module("spectral_notes." + name) for name in rooms)]
+public = [getattr(door, name) for door in doors for name in door.__all__]
 {readme}
-mesh_files.write_mesh("egg.obj", mesh)
-again = mesh_files.read_mesh("egg.obj")
+files.write_mesh("egg.obj", mesh)
+again = files.read_mesh("egg.obj")
 data = compression.encode(again, error=0.1)
+scene = plotting.figure(plotting.SurfaceView(mesh, basis.evecs[:, 1])).to_json()
+lab = labs.lab("heat", mesh, k=10).page
+print(len(public), "public names in", len(rooms), "rooms;", len(scene) // 1000, "kB of a scene,", len(lab) // 1000, "kB of a lab")
 print(smooth_egg.shape, basis.evals.round(2).tolist()[:3], compression.describe(data).codec)
 """
 
@@ -73,6 +79,8 @@ def use(archive: Path, scratch: Path) -> None:
 def main() -> int:
     """Run the command line and return its exit status."""
     archives = build(ROOT / "dist")
+    for archive in archives:
+        sys.stderr.write(f"{archive.name}: {archive.stat().st_size / 1e6:.2f} MB\n")
     if foreign := strangers(archives[0]):
         sys.stderr.write(f"{archives[0].name} holds more than the library: {foreign}\n")
         return 1
