@@ -32,7 +32,8 @@ again = files.read_mesh("egg.obj")
 data = compression.encode(again, error=0.1)
 scene = plotting.figure(plotting.SurfaceView(mesh, basis.evecs[:, 1])).to_json()
 lab = labs.lab("heat", mesh, k=10).page
-print(len(public), "public names in", len(rooms), "rooms;", len(scene) // 1000, "kB of a scene,", len(lab) // 1000, "kB of a lab")
+print(len(public), "public names in", len(rooms), "rooms")
+print("a scene of", len(scene) // 1000, "kB, a lab of", len(lab) // 1000, "kB")
 print(smooth_egg.shape, basis.evals.round(2).tolist()[:3], compression.describe(data).codec)
 """
 

@@ -74,8 +74,8 @@ def check_values(
     within : how far off an entry may be, as a fraction of the largest one
     law : the law that gives the values
     either_sign, free_scale : accept the negative as well; accept any multiple but zero
-    through : (m, n) array, only what this matrix makes of the answer counts; if it makes zero of the right one, zero
-        itself is refused
+    through : (m, n) array, only what this matrix makes of the answer counts; `expected` is a right answer (n,) or what
+        the matrix makes of one (m,); if that is zero, zero itself is refused
 
     Returns
     -------
@@ -88,14 +88,18 @@ def check_values(
     The law: every value follows from the definition.
     """
     value = np.asarray(unseal(expected)) * 1  # truth values count as 0 and 1
-    given = read_array(answer, "the answer", value.shape, real=not np.iscomplexobj(value))
+    matrix = None if through is None else np.asarray(through)
+    shape, is_image = value.shape, False
+    if matrix is not None and value.shape == matrix.shape[:1] != matrix.shape[1:]:
+        shape, is_image = matrix.shape[1:], True
+    given = read_array(answer, "the answer", shape, real=not np.iscomplexobj(value))
     law = law or "every value follows from the definition"
     unit = abs(value).max(initial=0.0) or 1.0
-    if through is not None:
-        matrix = np.asarray(through)
-        demand(given.any() or (matrix @ value).any(), "It is zero, which every matrix maps to zero.", law)
+    if matrix is not None:
+        value = value if is_image else matrix @ value
+        demand(given.any() or value.any(), "It is zero, which every matrix maps to zero.", law)
         unit = (abs(matrix) @ abs(given)).max()
-        given, value = matrix @ given, matrix @ value
+        given = matrix @ given
     compared = given
     if free_scale and abs(given).max(initial=0.0) > 0:
         compared = given * (np.vdot(given, value) / np.vdot(given, given))
@@ -105,7 +109,7 @@ def check_values(
     size = abs(difference).max(initial=0.0)
     if size <= within * unit:
         return right("Every value is right.", law)
-    if through is not None:
+    if matrix is not None:
         return wrong(f"What the matrix makes of it differs by {size:.3g} at {place_of(difference)}.", law)
     return wrong(f"It differs by {size:.3g} at {place_of(difference)}.{slip(given, value)}", law)
 

@@ -5,8 +5,8 @@ a check reads from its chapter.
 """
 
 SETTING = {
-    "ex-function-spaces-4": "lam = signals.interval_grid(401, 380.0, 780.0)\ns = np.exp(-((lam - 600) / 80) ** 2) + 0.2",
-    "ex-function-spaces-5": "lam = signals.interval_grid(401, 380.0, 780.0)\ns = np.exp(-((lam - 600) / 80) ** 2) + 0.2",
+    "ex-function-spaces-4": "lam = 380 + 400 * np.linspace(0, 1, 161) ** 1.6\ns = np.exp(-((lam - 600) / 80) ** 2) + 0.2",
+    "ex-function-spaces-5": "lam = 380 + 400 * np.linspace(0, 1, 161) ** 1.6\ns = np.exp(-((lam - 600) / 80) ** 2) + 0.2",
     "ex-fourier-basis-3": "heights = np.cumsum(np.random.default_rng(0).normal(size=64))",
     "ex-compression-1": "goat = shapes.sphere(2)\nbasis = compute_eigenbasis(*cotan_laplacian(goat), 20)\nc = basis.analyze(goat.vertices)",
     "ex-signals-on-surfaces-9": "goat = shapes.sphere(2)",
@@ -14,13 +14,18 @@ SETTING = {
 
 WRONG = [
     ("ex-function-spaces-1", "my_pixels_add = True", "roots do not add"),
-    ("ex-function-spaces-1", "my_wall = signals.xyz_to_srgb(signals.spectrum_to_xyz(lamp_1, lam))", "the colour map is a matrix"),
-    ("ex-function-spaces-1", "my_wall = 401 * [0.1]", "shape (3,)"),
+    ("ex-function-spaces-1", "my_wall = signals.xyz_to_srgb(signals.spectrum_to_xyz(lamp_1, lam))", "a matrix with the spacing in it"),
+    ("ex-function-spaces-1", "my_wall = signals.colour_matching(lam) @ (lamp_1 + lamp_2)", "a matrix with the spacing in it"),
+    ("ex-function-spaces-1", "my_wall = 161 * [0.1]", "shape (3,)"),
+    ("ex-function-spaces-1", "my_glass = lam / 780", "shape (161, 161)"),
+    ("ex-function-spaces-1", "my_glass = np.diag(780 / lam)", "a filter is diagonal"),
     ("ex-function-spaces-2", "my_errors = [8.94e-3, 4.47e-3, 2.23e-3]", "divides the error by four"),
     ("ex-function-spaces-2", "my_special = 'convex'", "derivatives at the two ends"),
     ("ex-function-spaces-3", "my_by_hand = [1.690309, 0.8731273]", "reverse order"),
     ("ex-function-spaces-3", "def my_line(n):\n    x = np.linspace(0, 1, n)\n    return np.polyfit(x, np.exp(x), 1)[::-1]", "orthogonal to 1 and to x"),
-    ("ex-function-spaces-4", "my_change = np.zeros(401)", "every matrix maps to zero"),
+    ("ex-function-spaces-4", "my_change = np.zeros(161)", "null space"),
+    ("ex-function-spaces-4", "import scipy.linalg as sl\nmy_change = sl.null_space(A)[:, 3]", "null space"),
+    ("ex-function-spaces-4", "my_change = s", "null space"),
     ("ex-function-spaces-4", "my_dimensions = [3, 2]", "null space"),
     ("ex-function-spaces-6", "my_D = np.diff(np.eye(7), axis=0)", "(D f)_i = (f_(i+1) - f_i) / h"),
     ("ex-function-spaces-6", "my_factor = h / 6", "h / 6 times the squared difference"),
@@ -84,10 +89,10 @@ WRONG = [
 ]
 
 RIGHT = [
-    ("ex-function-spaces-1", "my_wall = (signals.spectrum_to_xyz(lamp_1, lam) + signals.spectrum_to_xyz(lamp_2, lam)).tolist()\nmy_pixels_add = 'False'"),
+    ("ex-function-spaces-1", "my_wall = (signals.spectrum_to_xyz(lamp_1, lam) + signals.spectrum_to_xyz(lamp_2, lam)).tolist()\nmy_pixels_add = 'False'\nmy_glass = __import__('scipy.sparse').sparse.diags_array(lam / 780)"),
     ("ex-function-spaces-2", "my_errors, my_periodic, my_special = (0.00894, 0.002237, 0.000559), 2e-7, ' Periodic'"),
     ("ex-function-spaces-3", "my_by_hand = 4 * np.e - 10, 18 - 6 * np.e\ndef my_line(n):\n    x = signals.interval_grid(n)\n    w = np.sqrt(signals.trapezoid_weights(x))\n    return np.linalg.lstsq(w[:, None] * np.vander(x, 2, True), w * np.exp(x), rcond=None)[0]"),
-    ("ex-function-spaces-4", "import scipy.linalg as sl\nmy_change = sl.null_space((H @ A)[1:])[:, 7]\nmy_still_alike, my_dimensions = 1 == 1, np.array([398.0, 399.0])"),
+    ("ex-function-spaces-4", "import scipy.linalg as sl\nchange = sl.null_space((H @ A)[1:])\nchange = change @ (A[0] @ change)\nmy_change = change / (A[0] @ change)\nmy_still_alike, my_dimensions = 1 == 1, np.array([158.0, 159.0])"),
     ("ex-function-spaces-6", "import scipy.sparse as sparse\nmy_D = sparse.csr_array(np.diff(np.eye(7), axis=0) / h)\nmy_factor = np.float32(h**3 / 6)"),
     ("ex-function-spaces-7", "import scipy.linalg as sl\nmy_Q = sl.solve_triangular(sl.cholesky(M.toarray()), np.eye(7))\nmy_length = [values @ M @ values]"),
     ("ex-fourier-basis-1", "from fractions import Fraction\nmy_squared_lengths = [7] + 6 * [Fraction(7, 2)]"),
