@@ -10,10 +10,10 @@ from __future__ import annotations
 import numpy as np
 import scipy.sparse as sp
 from numpy.typing import ArrayLike, NDArray
-from scipy.sparse.linalg import splu
 
 from spectral_notes._checks import FloatArray, as_count, as_floats, as_number, as_signal, as_symmetric
 from spectral_notes.eigenbasis import Eigenbasis
+from spectral_notes.mesh_calculus import PoissonSolver
 from spectral_notes.meshes import TriangleMesh, is_closed
 
 ComplexArray = NDArray[np.complex128]
@@ -349,13 +349,12 @@ def implicit_steps(L: sp.csr_array, M: sp.csr_array, f: ArrayLike, step: float, 
     (1999).
     """
     L = as_symmetric("L", L)
-    M = as_symmetric("M", M, L.shape[0])
     u = as_signal("f", f, L.shape[0])
-    step = as_number("step", step, above=0.0)
-    solver = splu(sp.csc_array(M + step * L), permc_spec="MMD_AT_PLUS_A", options={"SymmetricMode": True})
-    for _ in range(as_count("n_steps", n_steps, 1)):
-        u = solver.solve(M @ u)
-    return np.asarray(u)
+    n_steps = as_count("n_steps", n_steps, 1)
+    solver = PoissonSolver(as_number("step", step, above=0.0) * L, M, screening=1.0)
+    for _ in range(n_steps):
+        u = solver.solve(u)
+    return u
 
 
 def stable_step(L: sp.csr_array, M: sp.csr_array) -> float:

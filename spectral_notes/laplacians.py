@@ -15,9 +15,11 @@ import robust_laplacian
 import scipy.sparse as sp
 
 from spectral_notes._checks import FloatArray, as_choice, as_count, as_instance, as_number, as_symmetric
-from spectral_notes.meshes import FLAT, PointCloud, TriangleMesh, as_mesh, face_areas, row_norms
+from spectral_notes.meshes import FLAT, PointCloud, TriangleMesh, as_mesh, row_norms
 
 Pair = tuple[sp.csr_array, sp.csr_array]
+
+MASSES = ("lumped", "voronoi", "full")
 
 
 def interval_laplacian(n: int, length: float = 1.0, *, ends: str = "neumann") -> Pair:
@@ -126,7 +128,7 @@ def cotan_laplacian(mesh: TriangleMesh, *, mass: str = "lumped") -> Pair:
     ----------
     mesh : TriangleMesh
         The mesh, closed or with a boundary (whose condition is then Neumann's: nothing flows out).
-    mass : {"lumped", "full"}
+    mass : {"lumped", "voronoi", "full"}
         See `mass_matrix`.
 
     Returns
@@ -152,18 +154,16 @@ def cotan_laplacian(mesh: TriangleMesh, *, mass: str = "lumped") -> Pair:
     Pinkall and Polthier, "Computing discrete minimal surfaces and their conjugates" (1993), eq. 8 and 9.
     """
     mesh = as_mesh(mesh)
-    kind = as_choice("mass", mass, ("lumped", "full"))
+    kind = as_choice("mass", mass, MASSES)
     _refuse_lone_vertices(mesh)
+    areas, squared, dots = _corners(mesh)
+    _refuse_flat_faces(areas, squared.max(axis=0))
+    cotangents = (dots / (2.0 * areas)).ravel()  # (3 m,), at corners i, then j, then k
     i, j, k = mesh.faces.T.astype(np.int32)
-    at_i, at_j, at_k = mesh.vertices[i], mesh.vertices[j], mesh.vertices[k]
-    a, b, c = at_j - at_i, at_k - at_j, at_i - at_k
-    areas = row_norms(np.cross(a, b)) / 2.0
-    _refuse_flat_faces(areas, np.maximum(_dot(a, a), np.maximum(_dot(b, b), _dot(c, c))))
-    cotangents = -np.concatenate([_dot(c, a), _dot(a, b), _dot(b, c)]) / np.tile(2.0 * areas, 3)  # at corners i, j, k
     n = mesh.n_vertices
     W = sp.csr_array((cotangents / 2.0, (np.concatenate([j, k, i]), np.concatenate([k, i, j]))), (n, n))
     W = W + W.T  # W[i, j] = (cot alpha + cot beta) / 2, each cotangent given to the edge opposite its corner
-    return sp.csr_array(sp.diags_array(W.sum(axis=1), format="csr") - W), _mass(mesh, areas, kind)
+    return sp.csr_array(sp.diags_array(W.sum(axis=1), format="csr") - W), _mass(mesh, areas, squared, dots, kind)
 
 
 def mass_matrix(mesh: TriangleMesh, *, kind: str = "lumped") -> sp.csr_array:
@@ -173,9 +173,12 @@ def mass_matrix(mesh: TriangleMesh, *, kind: str = "lumped") -> sp.csr_array:
     ----------
     mesh : TriangleMesh
         The mesh.
-    kind : {"lumped", "full"}
+    kind : {"lumped", "voronoi", "full"}
         "full" integrates the products of hat functions exactly: area / 6 on the diagonal and area / 12 off it, for each
-        triangle. "lumped" gives each corner a third of its triangles' areas, which is the sum of the full one's row.
+        triangle; for eigenvalues that bound those of the surface from above. "lumped" gives each corner a third of its
+        triangles' areas, which is the sum of the full one's row; for everything that is integrated. "voronoi" gives
+        each corner what lies nearest to it, and in an obtuse triangle half the area to the obtuse corner and a quarter
+        to the others; for pointwise values such as curvatures.
 
     Returns
     -------
@@ -189,13 +192,20 @@ def mass_matrix(mesh: TriangleMesh, *, kind: str = "lumped") -> sp.csr_array:
 
     Examples
     --------
-    >>> mass_matrix(TriangleMesh([[0, 0, 0], [1, 0, 0], [0, 1, 0]], [[0, 1, 2]]), kind="full").toarray()[0] * 24
+    >>> triangle = TriangleMesh([[0, 0, 0], [1, 0, 0], [0, 1, 0]], [[0, 1, 2]])
+    >>> mass_matrix(triangle, kind="full").toarray()[0] * 24
     array([2., 1., 1.])
+    >>> mass_matrix(triangle, kind="voronoi").diagonal().tolist()
+    [0.25, 0.125, 0.125]
+
+    References
+    ----------
+    Meyer, Desbrun, Schroeder and Barr, "Discrete differential-geometry operators" (2003), section 3.3.
     """
     mesh = as_mesh(mesh)
-    kind = as_choice("kind", kind, ("lumped", "full"))
+    kind = as_choice("kind", kind, MASSES)
     _refuse_lone_vertices(mesh)
-    M = _mass(mesh, face_areas(mesh), kind)
+    M = _mass(mesh, *_corners(mesh), kind)
     if not M.diagonal().all():
         vertex = int(np.argmin(M.diagonal()))
         raise ValueError(f"mesh must have a face with an area at every vertex; those of vertex {vertex} have none")
@@ -288,14 +298,28 @@ def _diagonal(entries: FloatArray) -> sp.csr_array:
     return sp.csr_array(sp.diags_array(entries))
 
 
-def _mass(mesh: TriangleMesh, areas: FloatArray, kind: str) -> sp.csr_array:
-    """Mass matrix from the areas of the faces."""
+def _corners(mesh: TriangleMesh) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Areas (m,); and for each corner the squared side opposite, and the dot product of its two sides, (3, m) each."""
+    i, j, k = mesh.vertices[mesh.faces].transpose(1, 0, 2)
+    a, b, c = j - i, k - j, i - k
+    areas = row_norms(np.cross(a, b)) / 2.0
+    return areas, np.array([_dot(b, b), _dot(c, c), _dot(a, a)]), -np.array([_dot(c, a), _dot(a, b), _dot(b, c)])
+
+
+def _mass(mesh: TriangleMesh, areas: FloatArray, squared: FloatArray, dots: FloatArray, kind: str) -> sp.csr_array:
+    """Mass matrix from what `_corners` gives."""
     n = mesh.n_vertices
-    if kind == "lumped":
-        return _diagonal(np.bincount(mesh.faces.ravel(), np.repeat(areas / 3.0, 3), minlength=n).astype(np.float64))
-    rows, columns = np.repeat(mesh.faces, 3, axis=1), np.tile(mesh.faces, (1, 3))  # (m, 9)
-    entries = areas[:, None] * (1.0 + (rows == columns)) / 12.0
-    return sp.csr_array((entries.ravel(), (rows.ravel(), columns.ravel())), (n, n))
+    if kind == "full":
+        rows, columns = np.repeat(mesh.faces, 3, axis=1), np.tile(mesh.faces, (1, 3))  # (m, 9)
+        entries = areas[:, None] * (1.0 + (rows == columns)) / 12.0
+        return sp.csr_array((entries.ravel(), (rows.ravel(), columns.ravel())), (n, n))
+    shares = np.tile(areas / 3.0, (3, 1))
+    if kind == "voronoi":
+        obtuse = dots < 0.0
+        blunt = obtuse.any(axis=0) | (areas == 0.0)
+        products = squared * dots / np.where(blunt, 1.0, 2.0 * areas)  # cotangent times the squared side opposite
+        shares = np.where(blunt, areas * (1.0 + obtuse) / 4.0, (products.sum(axis=0) - products) / 8.0)
+    return _diagonal(np.bincount(mesh.faces.T.ravel(), shares.ravel(), minlength=n).astype(np.float64))
 
 
 def _dot(u: FloatArray, v: FloatArray) -> FloatArray:

@@ -6,13 +6,35 @@ each of the three components, G^T A G is the cotangent Laplacian: gradient, then
 
 from __future__ import annotations
 
+from dataclasses import dataclass, field
+
 import numpy as np
 import scipy.sparse as sp
 from numpy.typing import ArrayLike
-from scipy.sparse.linalg import splu
 
-from spectral_notes._checks import FloatArray, IntArray, as_count, as_floats, as_indices, as_signal, as_symmetric
-from spectral_notes.meshes import TriangleMesh, as_mesh, edges_with_counts, face_areas, face_normals, flat_faces
+from spectral_notes._checks import (
+    FloatArray,
+    IntArray,
+    as_count,
+    as_floats,
+    as_indices,
+    as_number,
+    as_signal,
+    as_symmetric,
+)
+from spectral_notes.meshes import (
+    TriangleMesh,
+    as_mesh,
+    edges_with_counts,
+    face_areas,
+    face_normals,
+    flat_faces,
+    row_norms,
+)
+from spectral_notes.solver.factorization import Solve, factorize
+
+UNSEEN = 1e-10  # share of a matrix's entries that constants feel, below which it does not see them
+BALANCED = 1e-9  # share of a source that no drain balances, below which it is rounding
 
 
 def gradient_matrix(mesh: TriangleMesh) -> sp.csr_array:
@@ -46,16 +68,22 @@ def gradient_matrix(mesh: TriangleMesh) -> sp.csr_array:
     ----------
     Botsch, Kobbelt, Pauly, Alliez and Levy, *Polygon Mesh Processing* (2010), eq. 3.9.
     """
-    _refuse_flat_faces(as_mesh(mesh))
-    corners = mesh.vertices[mesh.faces]  # (m, 3, 3)
-    opposite = np.roll(corners, 1, axis=1) - np.roll(corners, -1, axis=1)  # edge from the next corner to the last
-    turned = np.cross(face_normals(mesh)[:, None, :], opposite)  # (m, corner, xyz)
-    arrows = turned / (2.0 * face_areas(mesh)[:, None, None])
+    arrows = turned_edges(mesh) / (2.0 * face_areas(mesh)[:, None, None])  # (m, corner, xyz)
     m = mesh.n_faces
     rows = np.arange(m)[:, None, None] + m * np.arange(3)  # (m, 1, xyz)
     columns = mesh.faces[:, :, None]  # (m, corner, 1)
     rows, columns = np.broadcast_arrays(rows, columns)
     return sp.csr_array((arrows.ravel(), (rows.ravel(), columns.ravel())), (3 * m, mesh.n_vertices))
+
+
+def turned_edges(mesh: TriangleMesh) -> FloatArray:
+    """Return N x e_c of each face and corner, shape (m, corner, xyz): the gradient of its hat, times twice the area."""
+    flat = np.flatnonzero(flat_faces(as_mesh(mesh)))
+    if len(flat):
+        raise ValueError(f"mesh must have no face without area; {len(flat)} have none, the first is face {flat[0]}")
+    corners = mesh.vertices[mesh.faces]  # (m, 3, 3)
+    opposite = np.roll(corners, 1, axis=1) - np.roll(corners, -1, axis=1)  # edge from the next corner to the last
+    return np.cross(face_normals(mesh)[:, None, :], opposite)
 
 
 def arrows_of_rows(stacked: ArrayLike) -> FloatArray:
@@ -210,74 +238,222 @@ def restrict_to(L: sp.csr_array, M: sp.csr_array, keep: ArrayLike) -> tuple[sp.c
     return sp.csr_array(L[keep][:, keep]), sp.csr_array(M[keep][:, keep])
 
 
-def solve_poisson(
-    L: sp.csr_array, M: sp.csr_array, f: ArrayLike, *, fixed: ArrayLike = (), values: ArrayLike | None = None
-) -> FloatArray:
-    """Return u with L u = M f away from the fixed vertices, where u takes the given values.
+def boundary_mass_matrix(mesh: TriangleMesh, *, vertices: ArrayLike | None = None) -> sp.csr_array:
+    """Return the mass matrix B of the boundary: f^T B g is the integral of f g along it, and 1^T B 1 its length.
 
-    Without fixed vertices a solution exists only when f integrates to zero, and is unique up to a constant: f's mean is
-    then taken off, and u is returned with mean zero. Only connected domains are accepted in this case.
+    The products of the hat functions are integrated exactly: length / 3 on the diagonal and length / 6 off it, for each
+    boundary edge. ``B @ q`` is the load of a flux q that flows in (Neumann); ``L + a * B`` that of the law that the
+    flux out is a times u (Robin).
+
+    Parameters
+    ----------
+    mesh : TriangleMesh
+        The mesh, with a boundary.
+    vertices : array_like of int, shape (p,), optional
+        Take only the boundary edges with both ends among these; by default all.
+
+    Returns
+    -------
+    csr_array, shape (n, n)
+        Symmetric positive semidefinite, in units of the vertices.
+
+    Raises
+    ------
+    TypeError, ValueError
+        If a vertex is out of range, or no boundary edge is left.
+
+    Examples
+    --------
+    >>> square = TriangleMesh([[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]], [[0, 1, 2], [0, 2, 3]])
+    >>> boundary_mass_matrix(square, vertices=[0, 1]).toarray()[0].round(3).tolist()
+    [0.333, 0.167, 0.0, 0.0]
+    """
+    pairs, counts = edges_with_counts(as_mesh(mesh))
+    n = mesh.n_vertices
+    chosen = np.arange(n) if vertices is None else as_indices("vertices", vertices, ("p",), n)
+    rim = pairs[(counts == 1) & np.isin(pairs, chosen).all(axis=1)]
+    if not len(rim):
+        raise ValueError("mesh must have a boundary edge, with both ends among the vertices; it has none")
+    lengths = row_norms(mesh.vertices[rim[:, 0]] - mesh.vertices[rim[:, 1]])
+    i, j = rim.T
+    rows, columns = np.concatenate([i, j, i, j]), np.concatenate([i, j, j, i])
+    return sp.csr_array((np.repeat([1 / 3, 1 / 6], 2 * len(rim)) * np.tile(lengths, 4), (rows, columns)), (n, n))
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class PoissonSolver:
+    """Hold a boundary value problem, factored once for many right-hand sides: -Delta u + c u = f, u given at `fixed`.
+
+    Weakly, (L + c M) u = M f + load away from the fixed vertices. With c = 0 it is the Poisson equation; one implicit
+    heat step is ``PoissonSolver(step * L, M, screening=1)``.
 
     Parameters
     ----------
     L, M : sparse array, shape (n, n)
-        Laplacian (positive semidefinite) and mass matrix.
-    f : array_like, shape (n,)
-        Right-hand side, pointwise; -Delta u = f.
+        Laplacian (positive semidefinite) and mass matrix, of any kind. ``L + a * boundary_mass_matrix(mesh)`` sets the
+        Robin condition du/dn + a u = load on the boundary; L alone Neumann's.
     fixed : array_like of int, shape (p,), optional
-        Vertices where u is prescribed.
-    values : array_like, shape (p,), optional
-        Values there; zero by default.
+        Vertices where u is prescribed: the Dirichlet condition. Without any, and with c = 0 and no Robin condition, u
+        is unique up to a constant and the domain must be connected; its mean is then zero.
+    screening : float
+        The number c, at least 0, in the units of M^-1 L.
+
+    Raises
+    ------
+    TypeError, ValueError
+        If shapes or indices do not fit, L has a negative eigenvalue, or the domain has several components and one has
+        no fixed vertex.
+
+    Examples
+    --------
+    >>> from spectral_notes.laplacians import interval_laplacian
+    >>> ends_held = PoissonSolver(*interval_laplacian(5), fixed=[0, 4])
+    >>> ends_held.solve(np.full(5, 2.0)).round(12).tolist()  # -u'' = 2: u = x (1 - x)
+    [0.0, 0.1875, 0.25, 0.1875, 0.0]
+    >>> ends_held.solve(values=[1.0, 3.0]).round(12).tolist()  # no source: a straight line
+    [1.0, 1.5, 2.0, 2.5, 3.0]
+    """
+
+    L: sp.csr_array
+    M: sp.csr_array
+    fixed: ArrayLike = ()
+    screening: float = 0.0
+    _held: IntArray = field(init=False)
+    _free: IntArray = field(init=False)
+    _floats: bool = field(init=False)  # nothing ties the constant down
+    _A: sp.csr_array = field(init=False)  # rows of the free vertices, (f, n)
+    _solve: Solve | None = field(init=False)
+
+    def __post_init__(self) -> None:
+        L = as_symmetric("L", self.L)
+        n = L.shape[0]
+        M = as_symmetric("M", self.M, n)
+        held = as_indices("fixed", self.fixed, ("p",), n)
+        if len(np.unique(held)) < len(held):
+            raise ValueError("fixed must name each vertex once")
+        screening = as_number("screening", self.screening, low=0.0)
+        floats = screening == 0.0 and _sees_no_constant(L, held)
+        free = np.setdiff1d(np.arange(n), [0] if floats else held)  # a floating u is pinned, then its mean is taken off
+        A = sp.csr_array(L + screening * M)[free]
+        solve = factorize(sp.csr_array(A[:, free])) if len(free) else None
+        given = {"L": L, "M": M, "fixed": held, "screening": screening}
+        made = {"_held": held, "_free": free, "_floats": floats, "_A": A, "_solve": solve}
+        for name, value in (given | made).items():
+            object.__setattr__(self, name, value)
+
+    def __repr__(self) -> str:
+        return f"PoissonSolver({self.M.shape[0]} vertices, {len(self._held)} fixed, screening={self.screening:g})"
+
+    def solve(
+        self,
+        f: ArrayLike | None = None,
+        *,
+        load: ArrayLike | None = None,
+        values: ArrayLike | None = None,
+        remove_mean: bool = False,
+    ) -> FloatArray:
+        """Return the solution for one right-hand side, or for one a column.
+
+        Parameters
+        ----------
+        f : array_like, shape (n,) or (n, d), optional
+            Source, pointwise.
+        load : array_like, shape (n,) or (n, d), optional
+            Source, weak: integrated over each vertex's patch. It is added to M f; a divergence or a flux through the
+            boundary is one.
+        values : array_like, shape (p,) or (p, d), optional
+            The solution at the fixed vertices; zero by default.
+        remove_mean : bool
+            Take away the part of the source that no drain balances, where nothing ties u down; by default it is
+            refused.
+
+        Returns
+        -------
+        ndarray, shape (n,) or (n, d)
+            Pointwise; with mean zero where nothing ties it down.
+
+        Raises
+        ------
+        TypeError, ValueError
+            If a shape does not fit, or a source is not balanced that has to be.
+        """
+        n = self.M.shape[0]
+        total: FloatArray | None = None if f is None else self.M @ as_signal("f", f, n)
+        if load is not None:
+            total = as_signal("load", load, n) if total is None else total + as_floats("load", load, total.shape)
+        ends = None if values is None else as_signal("values", values, len(self._held))
+        if total is None:
+            total = np.zeros(n) if ends is None else np.zeros((n, *ends.shape[1:]))
+        u = np.zeros(total.shape)
+        if ends is not None:
+            u[self._held] = as_floats("values", ends, (len(self._held), *total.shape[1:]))
+        if self._floats:
+            total = self._balanced(total, remove_mean)
+        if self._solve is not None:
+            right = total[self._free] - self._A @ u
+            u[self._free] = self._solve(right.reshape(len(right), -1)).reshape(right.shape)
+        mass = self.M.sum(axis=1)
+        return u - mass @ u / mass.sum() if self._floats else u
+
+    def _balanced(self, total: FloatArray, remove_mean: bool) -> FloatArray:
+        """A load that sums to zero, or a refusal."""
+        mass = self.M.sum(axis=1)
+        mean = total.sum(axis=0) / mass.sum()
+        if not remove_mean and (np.abs(total.sum(axis=0)) > BALANCED * np.abs(total).sum(axis=0)).any():
+            raise ValueError(
+                f"the source must integrate to zero where nothing ties u down; its mean is {np.ravel(mean)[0]:.3g}. "
+                "remove_mean=True takes it away, fixed=[...] gives it a drain"
+            )
+        return total - np.multiply.outer(mass, mean)
+
+
+def solve_poisson(
+    L: sp.csr_array,
+    M: sp.csr_array,
+    f: ArrayLike | None = None,
+    *,
+    load: ArrayLike | None = None,
+    fixed: ArrayLike = (),
+    values: ArrayLike | None = None,
+    screening: float = 0.0,
+    remove_mean: bool = False,
+) -> FloatArray:
+    """Return the u of one right-hand side: what `PoissonSolver` solves, for those who ask once.
+
+    Parameters
+    ----------
+    L, M, fixed, screening
+        See `PoissonSolver`.
+    f, load, values, remove_mean
+        See `PoissonSolver.solve`.
 
     Returns
     -------
-    ndarray, shape (n,)
+    ndarray, shape (n,) or (n, d)
         The solution, pointwise.
 
     Raises
     ------
     TypeError, ValueError
-        If shapes or indices do not fit, or the domain has several components and one has no fixed vertex.
+        As there.
 
     Examples
     --------
     >>> from spectral_notes.laplacians import interval_laplacian
     >>> L, M = interval_laplacian(5)
-    >>> solve_poisson(L, M, np.full(5, 2.0), fixed=[0, 4]).round(12).tolist()  # -u'' = 2: u = x (1 - x)
-    [0.0, 0.1875, 0.25, 0.1875, 0.0]
+    >>> solve_poisson(L, M, load=[-1.0, 0, 0, 0, 1]).round(12).tolist()  # drawn off on the left, let in on the right
+    [-0.5, -0.25, 0.0, 0.25, 0.5]
     """
-    L = as_symmetric("L", L)
-    n = L.shape[0]
-    M = as_symmetric("M", M, n)
-    f = as_signal("f", f, n)
-    fixed = as_indices("fixed", fixed, ("p",), n)
-    if len(np.unique(fixed)) < len(fixed):
-        raise ValueError("fixed must name each vertex once")
-    _refuse_free_components(L, fixed)
-    u = np.zeros(f.shape)
-    u[fixed] = 0.0 if values is None else as_floats("values", values, (len(fixed), *f.shape[1:]))
-    if not len(fixed):
-        mass = M.sum(axis=1)
-        f = f - mass @ f / mass.sum()
-        free = np.arange(1, n)  # vertex 0 is pinned, then the mean is taken off
-    else:
-        free = np.setdiff1d(np.arange(n), fixed)
-    if len(free):
-        load = (M @ f - L @ u)[free]
-        u[free] = splu(sp.csc_array(L[free][:, free])).solve(load)
-    return u if len(fixed) else u - mass @ u / mass.sum()
+    solver = PoissonSolver(L, M, fixed, screening)
+    return solver.solve(f, load=load, values=values, remove_mean=remove_mean)
 
 
-def _refuse_free_components(L: sp.csr_array, fixed: IntArray) -> None:
-    """Refuse a domain in pieces of which one is free: each piece needs a value of its own."""
+def _sees_no_constant(L: sp.csr_array, held: IntArray) -> bool:
+    """Whether u is unique up to a constant only; a domain in pieces of which one floats is refused."""
     pieces, labels = sp.csgraph.connected_components(L, directed=False)
-    held = len(np.unique(labels[fixed]))
-    if pieces > 1 and held < pieces:
-        raise ValueError(f"fixed must name a vertex of each component; {pieces - held} of {pieces} have none")
-
-
-def _refuse_flat_faces(mesh: TriangleMesh) -> None:
-    """Refuse faces without area: a gradient is not defined there."""
-    flat = np.flatnonzero(flat_faces(mesh))
-    if len(flat):
-        raise ValueError(f"mesh must have no face without area; {len(flat)} have none, the first is face {flat[0]}")
+    felt = np.abs(np.bincount(labels, L.sum(axis=1)))
+    floating = felt <= UNSEEN * np.bincount(labels, np.abs(L).sum(axis=1))
+    floating[labels[held]] = False
+    if floating.any() and pieces > 1:
+        raise ValueError(f"fixed must name a vertex of each component; {floating.sum()} of {pieces} have none")
+    return bool(floating.any())

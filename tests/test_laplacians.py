@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from functools import partial
+
 import igl
 import networkx as nx
 import numpy as np
@@ -9,7 +11,7 @@ import pytest
 import scipy.integrate
 import scipy.linalg
 import scipy.sparse as sp
-from hypothesis import given, settings
+from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 from scipy.sparse.csgraph import laplacian as scipy_laplacian
 
@@ -139,6 +141,40 @@ def test_cotan_laplacian_agrees_with_libigl_up_to_sign(mesh):
     np.testing.assert_allclose((M - barycentric).toarray(), 0.0, atol=1e-15)
     full = igl.massmatrix(mesh.vertices, mesh.faces, igl.MASSMATRIX_TYPE_FULL)
     np.testing.assert_allclose((cotan_laplacian(mesh, mass="full")[1] - full).toarray(), 0.0, atol=1e-15)
+    mixed = igl.massmatrix(mesh.vertices, mesh.faces, igl.MASSMATRIX_TYPE_VORONOI)
+    np.testing.assert_allclose((cotan_laplacian(mesh, mass="voronoi")[1] - mixed).toarray(), 0.0, atol=1e-15)
+
+
+TRIANGLES = st.lists(st.tuples(*2 * [st.floats(-3, 3)]), min_size=3, max_size=3, unique=True)
+
+
+@given(TRIANGLES, st.floats(0.1, 10), st.floats(0, 6))
+def test_voronoi_shares_are_what_lies_nearest_and_move_with_the_triangle(corners, scale, turn):
+    p = np.column_stack([np.array(corners), np.zeros(3)])
+    sides = np.roll(p, -1, axis=0) - p
+    area = abs(np.cross(sides[0], -sides[2])[2]) / 2
+    assume(area > 1e-3 * (sides**2).sum())
+    shares = mass_matrix(TriangleMesh(p, [[0, 1, 2]]), kind="voronoi").diagonal()
+    assert shares.sum() == pytest.approx(area)
+    unit = sides / np.linalg.norm(sides, axis=1)[:, None]
+    angles = np.arccos(-np.einsum("ij,ij->i", unit, np.roll(unit, 1, axis=0)))
+    corner = int(np.argmax(angles))
+    assume(abs(angles[corner] - np.pi / 2) > 1e-6)
+    if angles[corner] > np.pi / 2:  # Meyer's rule: half to the obtuse corner, a quarter to the others
+        np.testing.assert_allclose(shares, area * (1 + (np.arange(3) == corner)) / 4, rtol=1e-9)
+    else:  # two right triangles a corner, from the corner to the middle of a side to the centre of the circumcircle
+        radius = np.prod(np.linalg.norm(sides, axis=1)) / (4 * area)
+        to_middle = np.linalg.norm(sides, axis=1) / 2
+        kites = to_middle * np.sqrt(np.maximum(radius**2 - to_middle**2, 0)) / 2  # of side i, given to both of its ends
+        np.testing.assert_allclose(shares, kites + np.roll(kites, 1), rtol=1e-6, atol=1e-9)
+    turned = p @ np.array([[np.cos(turn), -np.sin(turn), 0], [np.sin(turn), np.cos(turn), 0], [0, 0, 1]])
+    moved = mass_matrix(TriangleMesh(scale * turned + 5.0, [[1, 2, 0]]), kind="voronoi").diagonal()
+    np.testing.assert_allclose(moved, scale**2 * shares, rtol=1e-5)
+
+
+def test_voronoi_mass_counts_no_flat_face():
+    flat = TriangleMesh([[0, 0, 0], [1, 0, 0], [2, 0, 0], [0, 1, 0], [2, 1, 0]], [[0, 1, 2], [0, 1, 3], [1, 2, 4]])
+    np.testing.assert_allclose(mass_matrix(flat, kind="voronoi").diagonal(), [0.25, 0.25, 0.25, 0.125, 0.125])
 
 
 def test_cotan_and_robust_agree_on_a_delaunay_mesh():
@@ -147,7 +183,10 @@ def test_cotan_and_robust_agree_on_a_delaunay_mesh():
         np.testing.assert_allclose(ours.toarray(), theirs.toarray(), atol=1e-4)  # it mollifies lengths by 1e-5
 
 
-@pytest.mark.parametrize("make", [cotan_laplacian, lambda mesh: cotan_laplacian(mesh, mass="full"), robust_mesh_laplacian])
+@pytest.mark.parametrize(
+    "make",
+    [cotan_laplacian, *(partial(cotan_laplacian, mass=kind) for kind in ("voronoi", "full")), robust_mesh_laplacian],
+)
 def test_invariants_of_mesh_laplacians(make):
     mesh = grid_patch(10, seed=1)
     L, M = make(mesh)
@@ -257,9 +296,9 @@ def test_a_vertex_without_face_is_refused(make):
 
 
 def test_options_of_meshes_and_clouds_are_checked(unit_square):
-    with pytest.raises(ValueError, match="mass must be one of 'lumped', 'full'; got 'voronoi'"):
-        cotan_laplacian(unit_square, mass="voronoi")
-    with pytest.raises(ValueError, match="kind must be one of 'lumped', 'full'; got 'voronoi'"):
-        mass_matrix(unit_square, kind="voronoi")
+    with pytest.raises(ValueError, match="mass must be one of 'lumped', 'voronoi', 'full'; got 'mixed'"):
+        cotan_laplacian(unit_square, mass="mixed")
+    with pytest.raises(ValueError, match="kind must be one of 'lumped', 'voronoi', 'full'; got 'mixed'"):
+        mass_matrix(unit_square, kind="mixed")
     with pytest.raises(ValueError, match="n_neighbors must be between 3 and 9; got 10"):
         robust_cloud_laplacian(PointCloud(np.random.default_rng(0).random((10, 3))), n_neighbors=10)

@@ -6,10 +6,14 @@ import igl
 import numpy as np
 import pytest
 import scipy.sparse as sp
+from hypothesis import given, settings
+from hypothesis import strategies as st
 
 from spectral_notes.laplacians import cotan_laplacian, graph_laplacian, interval_laplacian, mass_matrix
 from spectral_notes.mesh_calculus import (
+    PoissonSolver,
     arrows_of_rows,
+    boundary_mass_matrix,
     boundary_vertices,
     divergence_matrix,
     face_area_matrix,
@@ -20,7 +24,7 @@ from spectral_notes.mesh_calculus import (
     spread_faces,
 )
 from spectral_notes.meshes import TriangleMesh, face_normals
-from spectral_notes.shapes import sphere
+from spectral_notes.shapes import disk, rectangle, sphere
 
 
 @pytest.fixture
@@ -99,19 +103,23 @@ def test_poisson_on_the_sphere_recovers_a_harmonic_at_order_two():
         mesh = sphere(level)
         z = mesh.vertices[:, 2]
         L, M = cotan_laplacian(mesh)
-        gap = solve_poisson(L, M, 2 * z) - z  # -Delta z = 2 z
+        gap = solve_poisson(L, M, 2 * z) - z  # -Delta z = 2 z, and the icosphere is balanced
         return np.sqrt(gap @ M @ gap)
 
     assert np.log2(error(2) / error(3)) > 1.8
 
 
-def test_without_fixed_vertices_the_means_are_taken_off(bumpy):
+def test_an_unbalanced_source_is_refused_or_its_mean_taken_off(bumpy):
     L, M = cotan_laplacian(bumpy)
     f = np.random.default_rng(2).standard_normal((bumpy.n_vertices, 2))
-    u = solve_poisson(L, M, f)
+    with pytest.raises(ValueError, match="its mean is .* remove_mean=True takes it away"):
+        solve_poisson(L, M, f)
+    u = solve_poisson(L, M, f, remove_mean=True)
     mass = M.diagonal()
     np.testing.assert_allclose(mass @ u, 0.0, atol=1e-10)
     np.testing.assert_allclose(L @ u, M @ (f - mass @ f / mass.sum()), atol=1e-10)
+    np.testing.assert_allclose(solve_poisson(L, M, load=M @ f, remove_mean=True), u, atol=1e-12)
+    np.testing.assert_allclose(solve_poisson(L, M, f - mass @ f / mass.sum()), u, atol=1e-12)
 
 
 def test_all_vertices_fixed_gives_the_values_back():
@@ -121,8 +129,91 @@ def test_all_vertices_fixed_gives_the_values_back():
 
 def test_full_mass_is_accepted(bumpy):
     L, M = cotan_laplacian(bumpy)[0], mass_matrix(bumpy, kind="full")
-    u = solve_poisson(L, M, bumpy.vertices[:, 0])
+    u = solve_poisson(L, M, bumpy.vertices[:, 0], remove_mean=True)
     assert np.ones(bumpy.n_vertices) @ M @ u == pytest.approx(0.0, abs=1e-10)
+
+
+@pytest.fixture(scope="module")
+def held():
+    """A solver on an uneven disk, two of its vertices fixed, and the disk."""
+    rng = np.random.default_rng(4)
+    patch = disk(1.0, 6)
+    inside = np.setdiff1d(np.arange(patch.n_vertices), boundary_vertices(patch))
+    moved = patch.vertices.copy()
+    moved[inside, :2] += rng.uniform(-0.03, 0.03, (len(inside), 2))
+    uneven = TriangleMesh(moved, patch.faces)
+    return PoissonSolver(*cotan_laplacian(uneven), fixed=[3, 40], screening=0.5), uneven
+
+
+@given(seed=st.integers(0, 10**6), a=st.floats(-5, 5))
+@settings(max_examples=20)
+def test_one_factor_serves_every_right_hand_side(held, seed, a):
+    solver, mesh = held
+    rng = np.random.default_rng(seed)
+    f, g = rng.standard_normal((2, mesh.n_vertices, 3))
+    values = rng.standard_normal((2, 3))
+    u = solver.solve(f, values=values)
+    np.testing.assert_array_equal(u[[3, 40]], values)
+    residual = solver.L @ u + 0.5 * solver.M @ u - solver.M @ f
+    np.testing.assert_allclose(np.delete(residual, [3, 40], axis=0), 0.0, atol=1e-11)
+    for d in range(3):
+        np.testing.assert_allclose(solver.solve(f[:, d], values=values[:, d]), u[:, d], atol=1e-13)
+    both = solver.solve(f + a * g, values=(1 + a) * values)  # linear in everything at once
+    np.testing.assert_allclose(both, u + a * solver.solve(g, values=values), atol=1e-11)
+
+
+def test_a_solver_is_frozen_and_says_what_it_is(held):
+    solver, _ = held
+    assert repr(solver) == "PoissonSolver(127 vertices, 2 fixed, screening=0.5)"
+    with pytest.raises(AttributeError):
+        solver.screening = 0.0
+
+
+def test_a_robin_term_of_any_size_ties_the_constant_down(unit_square):
+    L, M = cotan_laplacian(unit_square)
+    B = boundary_mass_matrix(unit_square)
+    assert B.sum() == pytest.approx(4.0)
+    for a in (1e-6, 1.0, 1e6):
+        np.testing.assert_allclose(solve_poisson(L + a * B, M, load=a * B @ np.full(4, 7.0)), 7.0, rtol=1e-6)
+
+
+def manufactured(mesh, case):
+    """A boundary value problem on a piece of the unit square that u solves exactly, and u: the exponential wave."""
+    x, y, _ = mesh.vertices.T
+    u = np.exp(x) * np.sin(2 * y)  # -Delta u = 3 u
+    L, M = cotan_laplacian(mesh)
+    rim = boundary_vertices(mesh)
+    left, right = np.flatnonzero(x == 0), np.flatnonzero(x == 1)
+    low, high = np.flatnonzero(y == 0), np.flatnonzero(y == 1)
+    slopes = [(left, -u), (right, u), (low, -2 * np.exp(x) * np.cos(2 * y)), (high, 2 * np.exp(x) * np.cos(2 * y))]
+    flux = sum(boundary_mass_matrix(mesh, vertices=side) @ slope for side, slope in slopes)
+    if case == "dirichlet":
+        return solve_poisson(L, M, 3 * u, fixed=rim, values=u[rim]), u
+    if case == "neumann":
+        mass = M.diagonal()
+        return solve_poisson(L, M, 3 * u, load=flux, remove_mean=True), u - mass @ u / mass.sum()
+    if case == "mixed":
+        rest = sum(boundary_mass_matrix(mesh, vertices=side) @ slope for side, slope in slopes[1:])
+        return solve_poisson(L, M, 3 * u, load=rest, fixed=left, values=u[left]), u
+    if case == "robin":
+        B = boundary_mass_matrix(mesh)
+        return solve_poisson(L + 4 * B, M, 3 * u, load=flux + 4 * B @ u), u
+    return solve_poisson(L, M, 8 * u, load=flux, screening=5.0), u
+
+
+@pytest.mark.parametrize("case", ["dirichlet", "neumann", "mixed", "robin", "screened"])
+def test_every_boundary_condition_has_order_two(case):
+    def error(n):
+        grid = rectangle(1.0, 1.0, n, n)
+        inside = np.setdiff1d(np.arange(n * n), boundary_vertices(grid))
+        moved = grid.vertices.copy()
+        moved[inside, :2] += np.random.default_rng(0).uniform(-0.2, 0.2, (len(inside), 2)) / n
+        mesh = TriangleMesh(moved, grid.faces)
+        found, exact = manufactured(mesh, case)
+        M = mass_matrix(mesh)
+        return np.sqrt((found - exact) @ M @ (found - exact))
+
+    assert np.log2(error(17) / error(33)) > 1.8
 
 
 L3, M3 = interval_laplacian(3)

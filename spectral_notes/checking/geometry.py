@@ -7,7 +7,7 @@ import numpy as np
 from spectral_notes._checks import as_choice
 from spectral_notes.checking.answers import place_of, read_array, slip
 from spectral_notes.checking.verdicts import Verdict, judged, right, wrong
-from spectral_notes.geometry.curvature import angle_defects, mean_curvature
+from spectral_notes.geometry.curvature import POINTWISE, angle_defects, gaussian_curvature, mean_curvature
 from spectral_notes.laplacians import mass_matrix
 from spectral_notes.meshes import TriangleMesh
 
@@ -23,7 +23,7 @@ def check_curvature(answer: object, mesh: TriangleMesh, *, kind: str = "defect")
     answer : one number a vertex
     mesh : the mesh
     kind : {"defect", "gaussian", "mean"}, the angle defect (integrated), the Gaussian curvature (pointwise), or the
-        mean curvature (pointwise, of either sign)
+        mean curvature (pointwise, of either sign); pointwise ones by Voronoi areas or by thirds
 
     Returns
     -------
@@ -37,18 +37,21 @@ def check_curvature(answer: object, mesh: TriangleMesh, *, kind: str = "defect")
     The law: the angle defects sum to 2 pi chi (Gauss and Bonnet).
     """
     as_choice("kind", kind, ("defect", "gaussian", "mean"))
-    defects, mass = angle_defects(mesh), mass_matrix(mesh).diagonal()
-    true = mean_curvature(mesh) if kind == "mean" else defects if kind == "defect" else defects / mass
+    defects = angle_defects(mesh)
+    pointwise = {"gaussian": gaussian_curvature, "mean": mean_curvature}.get(kind)
+    allowed = [pointwise(mesh, mass=mass) for mass in POINTWISE] if pointwise else [defects]
     given = read_array(answer, "the curvature", (mesh.n_vertices,))
-    size = abs(true).max()
-    if abs(given - true).max() <= WITHIN * size or (kind == "mean" and abs(given + true).max() <= WITHIN * size):
+    if kind == "mean":
+        allowed += [-curvature for curvature in allowed]
+    true = min(allowed, key=lambda curvature: float(abs(given - curvature).max()))
+    if abs(given - true).max() <= WITHIN * abs(true).max():
         return right("The curvature is right at every vertex.", "curvature sums to 2 pi chi (Gauss and Bonnet)")
     far = given - true
     slip_words = slip(given, true) or f" It differs by {abs(far).max():.3g} at {place_of(far)}."
     if kind == "mean":
         law = "the Laplacian of the position is the normal, stretched by 2 H"
         return wrong(f"Not the mean curvature.{slip_words}", law)
-    total = given @ mass if kind == "gaussian" else given.sum()
+    total = given @ mass_matrix(mesh).diagonal() if kind == "gaussian" else given.sum()
     law = "the angle defects sum to 2 pi chi (Gauss and Bonnet)"
     if kind == "gaussian" and abs(given - defects).max() <= 1e-3 * abs(defects).max():
         law = "curvature is the angle defect per area"

@@ -8,7 +8,7 @@ import scipy.sparse as sp
 from spectral_notes._checks import as_choice, as_symmetric
 from spectral_notes.checking.answers import FACTORS, largest, place_in, read_array, read_matrix
 from spectral_notes.checking.verdicts import Stop, Verdict, demand, judged, right, wrong
-from spectral_notes.laplacians import cotan_laplacian, mass_matrix
+from spectral_notes.laplacians import MASSES, cotan_laplacian, mass_matrix
 from spectral_notes.meshes import TriangleMesh
 
 WITHIN = 1e-5  # of the largest entry: single precision passes
@@ -129,7 +129,7 @@ def check_mass_matrix(answer: object, expected: object, *, kind: str = "any", fr
     ----------
     answer : an (n, n) matrix, dense or sparse; n numbers stand for a diagonal one
     expected : TriangleMesh or matrix, a mesh, or the right matrix
-    kind : {"any", "lumped", "full"}, which mass matrix of the mesh is asked for
+    kind : {"any", "lumped", "voronoi", "full"}, which mass matrix of the mesh is asked for
     free_scale : accept any positive multiple
 
     Returns
@@ -145,8 +145,7 @@ def check_mass_matrix(answer: object, expected: object, *, kind: str = "any", fr
     Not right. The entries sum to 1.5, 3 times the right total: a third of each triangle for each corner?
     The law: the entries of M sum to the area.
     """
-    as_choice("kind", kind, ("any", "lumped", "full"))
-    kinds = ("lumped", "full") if kind == "any" else (kind,)
+    kinds = MASSES if as_choice("kind", kind, ("any", *MASSES)) == "any" else (kind,)
     is_mesh = isinstance(expected, TriangleMesh)
     if isinstance(expected, TriangleMesh):
         allowed = [mass_matrix(expected, kind=k) for k in kinds]

@@ -38,6 +38,7 @@ Clean = Annotated[bool, typer.Option("--clean", help="Merge repeated vertices; d
 Laplacian = Annotated[
     str, typer.Option(metavar="cotan|robust", help="Which one; default: cotan for meshes, robust for point clouds.")
 ]
+Mass = Annotated[str, typer.Option(metavar="lumped|voronoi|full", help="Which mass matrix; robust has lumped only.")]
 Modes = Annotated[int, typer.Option("-k", min=1, metavar="K", help="How many eigenfunctions.")]
 Json = Annotated[bool, typer.Option("--json", help="Print one JSON object.")]
 Progress = Annotated[
@@ -54,7 +55,7 @@ app = typer.Typer(
 @app.command()
 def modes(
     file: File, k: Annotated[int | None, typer.Option("-k", min=1, metavar="K", help="How many; default: 100.")] = None,
-    output: Outputs = None, laplacian: Laplacian = "", clean: Clean = False, certify: Annotated[
+    output: Outputs = None, laplacian: Laplacian = "", mass: Mass = "lumped", clean: Clean = False, certify: Annotated[
         bool, typer.Option("--certify", help="Prove by one more factorization that no mode is missing.")
     ] = False, show: Annotated[
         list[int] | None, typer.Option("--show", metavar="MODE", help="Mode to draw; several may be given.")
@@ -68,7 +69,7 @@ def modes(
     outputs = _planned(output, target, [file])
     shape = streams.open_shape(file, source, clean)
     result = jobs.find_modes(
-        shape, k or 0, laplacian, streams.remark, show=show or (), progress=_shown(progress), certify=certify
+        shape, k or 0, laplacian, streams.remark, mass=mass, show=show or (), progress=_shown(progress), certify=certify
     )
     _finish(result, outputs, as_json)
 

@@ -110,20 +110,21 @@ def check_pictures(endings: Sequence[str]) -> None:
         choose_gl_window()
 
 
-def operators_of(shape: Shape, laplacian: str, say: Say) -> Pair:
+def operators_of(shape: Shape, laplacian: str, say: Say, mass: str = "lumped") -> Pair:
     """Return the pair (L, M) of a shape, after a note on each fault that spoils its modes without an error."""
     for warning in own_shape.warnings_of(shape, laplacian):
         say(f"note: {warning}")
-    return own_shape.laplacian_of(shape, laplacian)
+    return own_shape.laplacian_of(shape, laplacian, mass)
 
 
 def basis_of(
-    shape: Shape, k: int, laplacian: str, say: Say, *, progress: bool = False, certify: bool = False
+    shape: Shape, k: int, laplacian: str, say: Say, *, mass: str = "lumped", progress: bool = False,
+    certify: bool = False,
 ) -> Eigenbasis:
     """Compute k modes of a shape, telling what is done and what may be wrong."""
     n = len(positions(shape))
     k = as_count("k", k, 1, n)
-    L, M = operators_of(shape, laplacian, say)
+    L, M = operators_of(shape, laplacian, say, mass)
     if progress:
         gigabytes = memory_needed(n, k) / 1e9
         say(f"{k} modes of {n:,} vertices: the basis takes {gigabytes:.2f} GB; factoring first, then the time left")
@@ -134,17 +135,17 @@ def basis_of(
 
 
 def find_modes(
-    shape: Shape, k: int, laplacian: str, say: Say, *, show: Sequence[int] = (), progress: bool = False,
-    certify: bool = False,
+    shape: Shape, k: int, laplacian: str, say: Say, *, mass: str = "lumped", show: Sequence[int] = (),
+    progress: bool = False, certify: bool = False,
 ) -> Result:
     """Compute the eigenfunctions of a shape."""
     k = k or min(DEFAULT_MODES, len(positions(shape)))
-    basis = basis_of(shape, k, laplacian, say, progress=progress, certify=certify)
+    basis = basis_of(shape, k, laplacian, say, mass=mass, progress=progress, certify=certify)
     shown = [as_count("show", mode, 0, basis.k - 1) for mode in show] or own_shape.modes_to_show(basis)
     worst = float(np.asarray(basis.residuals).max())
     kind = own_shape.chosen(shape, laplacian)
     facts = own_shape.size_of(shape) | {
-        "laplacian": kind, "modes": basis.k, "zero_modes": own_shape.zero_modes(basis),
+        "laplacian": kind, "mass": mass, "modes": basis.k, "zero_modes": own_shape.zero_modes(basis),
         "area_of_mass": float(basis.M.sum()), "largest_residual": worst, "certified": certify,
         "eigenvalues": basis.evals.tolist(),
     }

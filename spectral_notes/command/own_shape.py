@@ -9,7 +9,7 @@ import numpy as np
 from spectral_notes._checks import as_choice
 from spectral_notes.eigenbasis import Eigenbasis
 from spectral_notes.geometry.mesh_health import CONSEQUENCES, MeshHealth, health
-from spectral_notes.laplacians import Pair, cotan_laplacian, robust_cloud_laplacian, robust_mesh_laplacian
+from spectral_notes.laplacians import MASSES, Pair, cotan_laplacian, robust_cloud_laplacian, robust_mesh_laplacian
 from spectral_notes.meshes import PointCloud, TriangleMesh, positions
 
 Shape = TriangleMesh | PointCloud
@@ -24,7 +24,7 @@ WORTH_A_NOTE = {  # what spoils modes without an error, by Laplacian
 SHOWN = (0, 1, 4, 9, 49, 99)  # modes of a picture, counted from the first that is not constant
 
 
-def laplacian_of(shape: Shape, kind: str = "") -> Pair:
+def laplacian_of(shape: Shape, kind: str = "", mass: str = "lumped") -> Pair:
     """Return the pair (L, M) of a mesh or a point cloud, L weak and positive semidefinite.
 
     Parameters
@@ -33,16 +33,18 @@ def laplacian_of(shape: Shape, kind: str = "") -> Pair:
         The shape.
     kind : {"", "cotan", "robust"}
         Which Laplacian; "" is cotan for a mesh and robust for a point cloud, which has no other.
+    mass : {"lumped", "voronoi", "full"}
+        Which mass matrix; the robust Laplacian has the lumped one of its own triangles.
 
     Returns
     -------
     L, M : csr_array, shape (n, n)
-        Weak Laplacian and lumped mass.
+        Weak Laplacian and mass.
 
     Raises
     ------
     ValueError
-        If cotan is asked for on a point cloud, or the Laplacian refuses the mesh.
+        If cotan is asked for on a point cloud, another mass of the robust Laplacian, or the Laplacian refuses the mesh.
 
     Examples
     --------
@@ -51,9 +53,11 @@ def laplacian_of(shape: Shape, kind: str = "") -> Pair:
     0.5
     """
     kind = chosen(shape, kind)
+    if as_choice("mass", mass, MASSES) != "lumped" and kind == "robust":
+        raise ValueError(f"mass must be 'lumped' with the robust Laplacian; got {mass!r}")
     if isinstance(shape, PointCloud):
         return robust_cloud_laplacian(shape, n_neighbors=min(NEIGHBORS, shape.n_points - 1))
-    return cotan_laplacian(shape) if kind == "cotan" else robust_mesh_laplacian(shape)
+    return cotan_laplacian(shape, mass=mass) if kind == "cotan" else robust_mesh_laplacian(shape)
 
 
 def chosen(shape: Shape, kind: str = "") -> str:

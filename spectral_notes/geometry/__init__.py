@@ -3,7 +3,7 @@
 from spectral_notes.geometry.conformal import conformal_distortion, conformal_map
 from spectral_notes.geometry.curvature import angle_defects, gaussian_curvature, mean_curvature
 from spectral_notes.geometry.geodesics import faces_under_arcs, geodesic_distances, parallel_transport
-from spectral_notes.geometry.heat_geodesics import heat_distances
+from spectral_notes.geometry.heat_geodesics import HeatMethod, heat_distances
 from spectral_notes.geometry.mesh_distances import hausdorff_error, normal_deviation, surface_error, vertex_error
 from spectral_notes.geometry.mesh_health import MeshHealth, health
 from spectral_notes.geometry.nodal import nodal_domains
@@ -37,6 +37,7 @@ __all__ = [
     "geodesic_distances",
     "parallel_transport",
     "faces_under_arcs",
+    "HeatMethod",
     "heat_distances",
     "conformal_map",
     "conformal_distortion",

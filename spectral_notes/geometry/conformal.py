@@ -5,13 +5,15 @@ from __future__ import annotations
 import numpy as np
 import scipy.sparse as sp
 from numpy.typing import ArrayLike
-from scipy.linalg import eigh
-from scipy.sparse.linalg import splu
+from scipy.sparse.linalg import LinearOperator, eigsh
 
 from spectral_notes._checks import FloatArray, as_floats
 from spectral_notes.laplacians import cotan_laplacian
 from spectral_notes.mesh_calculus import arrows_of_rows, boundary_vertices, gradient_matrix
 from spectral_notes.meshes import TriangleMesh, boundary_loops, euler_characteristic, face_areas, face_normals
+from spectral_notes.solver.factorization import factorize
+
+SHIFT = 1e-8  # K has the constants in its kernel, K + SHIFT B has nothing
 
 
 def conformal_map(mesh: TriangleMesh) -> FloatArray:
@@ -19,8 +21,8 @@ def conformal_map(mesh: TriangleMesh) -> FloatArray:
 
     With z = u + i v, the conformal energy z* K z = 1/2 z* L z - area(z) is zero exactly for angle-preserving maps.
     z minimises it among maps with z* B z = 1 and mean zero over the rim, B being one on the rim and zero inside: the
-    eigenvector of K z = lambda B z after the constant. Inner vertices are harmonic, so only a dense problem on the
-    rim is left.
+    eigenvector of K z = lambda B z after the constant. It is found by shift and invert: one factor of K + shift B, in
+    real numbers, and some twenty substitutions.
 
     Parameters
     ----------
@@ -50,22 +52,32 @@ def conformal_map(mesh: TriangleMesh) -> FloatArray:
     Mullen, Tong, Alliez and Desbrun, "Spectral conformal parameterization" (2008), section 3.
     """
     _refuse_non_disks(mesh)
-    rim = boundary_vertices(mesh)
-    inside = np.setdiff1d(np.arange(mesh.n_vertices), rim)
-    L, _ = cotan_laplacian(mesh)
-    K = 0.5 * L[rim][:, rim].toarray() - _area_form(mesh)[rim][:, rim].toarray()  # (b, b), complex
-    extend = np.zeros((0, len(rim)))
-    if len(inside):
-        coupling = L[inside][:, rim]
-        extend = splu(sp.csc_array(L[inside][:, inside])).solve(-coupling.toarray())  # harmonic extension (i, b)
-        K = K + 0.5 * coupling.T @ extend
-    lifted = K + np.abs(K).sum() / len(rim)  # moves the constant, also of energy zero, to the top of the spectrum
-    _, modes = eigh((lifted + lifted.conj().T) / 2.0, subset_by_index=[0, 0])
-    z = np.zeros(mesh.n_vertices, dtype=np.complex128)
-    z[rim] = modes[:, 0]
-    z[inside] = extend @ z[rim]
+    n, rim = mesh.n_vertices, boundary_vertices(mesh)
+    half, area_form = 0.5 * cotan_laplacian(mesh)[0], _area_form(mesh)
+    turn = sp.csr_array(area_form.imag)  # K = half - i turn, acting on (u, v) as a real matrix twice as long
+    on_rim = np.concatenate([rim, n + rim])
+    B = sp.csr_array((np.ones(len(on_rim)), (on_rim, on_rim)), (2 * n, 2 * n))
+    solve = factorize(sp.csr_array(sp.block_array([[half, turn], [-turn, half]]) + SHIFT * B))
+
+    def spread(c: FloatArray) -> FloatArray:
+        """Solve (K + shift B) w = B c, for a c that lives on the rim."""
+        w = np.zeros((2 * n, 1))
+        w[on_rim, 0] = c
+        return solve(w)[:, 0]
+
+    def invert(c: FloatArray) -> FloatArray:
+        """Apply the inverse on the rim, to what has mean zero there."""
+        w = spread(_centred(c))[on_rim]
+        return _centred(w)
+
+    start = np.sin(np.arange(1.0, len(on_rim) + 1))
+    on_the_rim = LinearOperator((len(on_rim), len(on_rim)), matvec=invert, dtype=np.float64)
+    c = eigsh(on_the_rim, k=1, which="LA", v0=start)[1][:, 0]
+    u, v = spread(c).reshape(2, n)
+    z = u + 1j * v
+    z -= z[rim].mean()
     z *= np.abs(z[rim[0]]) / z[rim[0]]
-    area = float(np.real(z.conj() @ (_area_form(mesh) @ z)))
+    area = float(np.real(z.conj() @ (area_form @ z)))
     z *= np.sqrt(face_areas(mesh).sum() / area)
     return np.column_stack([z.real, z.imag])
 
@@ -106,6 +118,11 @@ def conformal_distortion(mesh: TriangleMesh, uv: ArrayLike) -> FloatArray:
     spread = np.sqrt(np.maximum(size**2 - 4.0 * turn**2, 0.0))
     with np.errstate(divide="ignore"):
         return np.where(turn < 0.0, -1.0, 1.0) * (size + spread) / (2.0 * np.abs(turn))
+
+
+def _centred(c: FloatArray) -> FloatArray:
+    """Take the mean off the u and off the v of a vector (u, v)."""
+    return (c.reshape(2, -1) - c.reshape(2, -1).mean(axis=1, keepdims=True)).ravel()
 
 
 def _area_form(mesh: TriangleMesh) -> sp.csr_array:

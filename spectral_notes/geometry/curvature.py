@@ -4,10 +4,12 @@ from __future__ import annotations
 
 import numpy as np
 
-from spectral_notes._checks import FloatArray
+from spectral_notes._checks import FloatArray, as_choice
 from spectral_notes.laplacians import cotan_laplacian, mass_matrix
 from spectral_notes.mesh_calculus import boundary_vertices
 from spectral_notes.meshes import TriangleMesh, as_mesh, corner_angles, vertex_normals
+
+POINTWISE = ("voronoi", "lumped")  # masses that can be divided by
 
 
 def angle_defects(mesh: TriangleMesh) -> FloatArray:
@@ -45,7 +47,7 @@ def angle_defects(mesh: TriangleMesh) -> FloatArray:
     return flat - np.bincount(mesh.faces.ravel(), corner_angles(mesh).ravel(), minlength=mesh.n_vertices)
 
 
-def gaussian_curvature(mesh: TriangleMesh) -> FloatArray:
+def gaussian_curvature(mesh: TriangleMesh, *, mass: str = "voronoi") -> FloatArray:
     """Return the pointwise Gaussian curvature at each vertex: the angle defect over the vertex's share of area.
 
     On the boundary the number mixes the turning of the boundary with the curvature and means little.
@@ -54,6 +56,9 @@ def gaussian_curvature(mesh: TriangleMesh) -> FloatArray:
     ----------
     mesh : TriangleMesh
         The mesh; every vertex has a face.
+    mass : {"voronoi", "lumped"}
+        How the area is shared out among the vertices; see `mass_matrix`. With thirds (lumped) the values where five
+        triangles meet stay 15 % off on ever finer spheres.
 
     Returns
     -------
@@ -63,18 +68,22 @@ def gaussian_curvature(mesh: TriangleMesh) -> FloatArray:
     Raises
     ------
     ValueError
-        If a vertex belongs to no face, or to none with an area.
+        If a vertex belongs to no face, or to none with an area, or `mass` is neither of the two.
 
     Examples
     --------
     >>> from spectral_notes.shapes import sphere
-    >>> round(float(np.median(gaussian_curvature(sphere(4)))), 2)
-    1.0
+    >>> bool(np.allclose(gaussian_curvature(sphere(4)), 1.0, atol=2e-3))  # at every vertex
+    True
+
+    References
+    ----------
+    Meyer, Desbrun, Schroeder and Barr, "Discrete differential-geometry operators" (2003), section 4.
     """
-    return angle_defects(mesh) / mass_matrix(mesh).diagonal()
+    return angle_defects(mesh) / mass_matrix(mesh, kind=as_choice("mass", mass, POINTWISE)).diagonal()
 
 
-def mean_curvature(mesh: TriangleMesh) -> FloatArray:
+def mean_curvature(mesh: TriangleMesh, *, mass: str = "voronoi") -> FloatArray:
     """Return the pointwise mean curvature at each vertex, positive where the surface bulges along its normals.
 
     The position obeys -Delta x = 2 H N: the weak Laplacian of x, over the mass, is the normal stretched by 2 H.
@@ -83,6 +92,8 @@ def mean_curvature(mesh: TriangleMesh) -> FloatArray:
     ----------
     mesh : TriangleMesh
         The mesh, oriented; every vertex has a face and every face an area.
+    mass : {"voronoi", "lumped"}
+        How the area is shared out among the vertices; see `gaussian_curvature`.
 
     Returns
     -------
@@ -93,18 +104,18 @@ def mean_curvature(mesh: TriangleMesh) -> FloatArray:
     Raises
     ------
     ValueError
-        If a face has no area or a vertex no face.
+        If a face has no area or a vertex no face, or `mass` is neither of the two.
 
     Examples
     --------
     >>> from spectral_notes.shapes import sphere
-    >>> round(float(np.median(mean_curvature(sphere(4)))), 2)
-    1.0
+    >>> bool(np.allclose(mean_curvature(sphere(4)), 1.0, atol=2e-3))  # at every vertex
+    True
 
     References
     ----------
     Meyer, Desbrun, Schroeder and Barr, "Discrete differential-geometry operators" (2003), section 3.
     """
-    L, M = cotan_laplacian(mesh)
+    L, M = cotan_laplacian(mesh, mass=as_choice("mass", mass, POINTWISE))
     laplacian_of_position = (L @ mesh.vertices) / M.diagonal()[:, None]  # (n, 3)
     return 0.5 * np.einsum("ij,ij->i", laplacian_of_position, vertex_normals(mesh))

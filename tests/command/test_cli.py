@@ -20,6 +20,7 @@ from spectral_notes.command import cli, jobs, streams
 from spectral_notes.command.cli import main
 from spectral_notes.files.eigenbasis_files import read_eigenbasis
 from spectral_notes.files.mesh_files import FORMATS, read_mesh, read_shape, write_mesh
+from spectral_notes.laplacians import mass_matrix
 from spectral_notes.meshes import PointCloud, TriangleMesh, positions
 from spectral_notes.plotting.pyvista_loading import load_pyvista
 from spectral_notes.shapes import egg, potato, sample_points, torus
@@ -195,6 +196,14 @@ def test_modes_says_what_the_library_computes(egg_file, tmp_path, capsys):
     assert load_pyvista().read(tmp_path / "out.ply")["RGB"].shape == (EGG.n_vertices, 3)
 
 
+@pytest.mark.parametrize("mass", ["lumped", "voronoi", "full"])
+def test_modes_takes_each_mass(egg_file, tmp_path, capsys, mass):
+    code, out, _ = spoken(capsys, "modes", egg_file, "-k", 5, "--mass", mass, "-o", tmp_path / "m.npz", "--json")
+    assert (code, json.loads(out)["mass"]) == (0, mass)
+    stored = read_eigenbasis(tmp_path / "m.npz").M
+    np.testing.assert_allclose((stored - mass_matrix(read_mesh(egg_file), kind=mass)).toarray(), 0.0, atol=1e-15)
+
+
 def test_a_small_shape_gives_all_its_modes_and_no_more(tmp_path, capsys):
     write_mesh(tmp_path / "small.off", torus(5, 4))
     assert json.loads(spoken(capsys, "modes", tmp_path / "small.off", "--json", "--certify")[1])["modes"] == 20
@@ -360,6 +369,8 @@ def test_from_overrides_a_wrong_ending(egg_file, tmp_path, capsys):
         (["modes", "EGG", "-k", "many"], "'-k'"),
         (["modes", "EGG", "-k", "9", "--show", "9"], "show must be between 0 and 8; got 9"),
         (["modes", "EGG", "--laplacian", "graph"], "laplacian must be one of 'cotan', 'robust'; got 'graph'"),
+        (["modes", "EGG", "--mass", "thirds"], "mass must be one of 'lumped', 'voronoi', 'full'; got 'thirds'"),
+        (["modes", "EGG", "--mass", "full", "--laplacian", "robust"], "mass must be 'lumped' with the robust Laplacian"),
         (["modes", "EGG", "-o", "egg.xls"], "output must end in one of .vtp.*; got 'egg.xls'"),
         (["modes", "EGG", "-o", "no folder/egg.vtp"], "output must be in an existing folder"),
         (["segment", "EGG", "-n", "200"], "n must be between 1 and 162; got 200"),

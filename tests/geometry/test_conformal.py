@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import tracemalloc
+
 import igl
 import numpy as np
 import pytest
@@ -71,3 +73,13 @@ def test_errors(unit_square: TriangleMesh) -> None:
         conformal_map(turned)
     with pytest.raises(ValueError, match="uv must have shape"):
         conformal_distortion(unit_square, np.zeros((3, 2)))
+
+
+def test_memory_grows_with_the_vertices_and_not_with_those_of_the_rim_times_them() -> None:
+    patch = rectangle(1.0, 1.0, 120, 120)
+    tracemalloc.start()
+    uv = conformal_map(patch)
+    peak = tracemalloc.get_traced_memory()[1]
+    tracemalloc.stop()
+    np.testing.assert_allclose(conformal_distortion(patch, uv), 1.0, atol=1e-5)
+    assert peak < 40e6  # one dense matrix from the rim to the vertices has 55 MB

@@ -44,6 +44,16 @@ def test_mean_errors_on_the_sphere_fall_at_order_two():
     assert (np.log2(errors(2) / errors(3)) > 1.8).all()
 
 
+@pytest.mark.parametrize("curvature", [gaussian_curvature, mean_curvature])
+def test_every_vertex_of_the_sphere_converges_with_voronoi_areas_and_twelve_do_not_with_thirds(curvature):
+    worst = {mass: [abs(curvature(shapes.sphere(level), mass=mass) - 1).max() for level in (3, 4)] for mass in ("voronoi", "lumped")}
+    assert np.log2(worst["voronoi"][0] / worst["voronoi"][1]) > 1.8
+    assert worst["voronoi"][1] < 2e-3
+    assert worst["lumped"][1] == pytest.approx(0.146, abs=2e-3)
+    ball = shapes.sphere(4)
+    np.testing.assert_array_equal(curvature(ball), curvature(ball, mass="voronoi"))
+
+
 def test_torus_has_its_closed_form_curvatures():
     mesh = shapes.torus()
     x, y, z = mesh.vertices.T
