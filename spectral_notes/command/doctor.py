@@ -37,15 +37,14 @@ from spectral_notes.laplacians import cotan_laplacian
 from spectral_notes.plotting import rendering
 from spectral_notes.plotting.pyvista_loading import load_pyvista
 from spectral_notes.shapes.cache import PLACE_VARIABLE, cache_directory
-from spectral_notes.solver.eigensolver import memory_needed
+from spectral_notes.solver import factor_in_use, memory_needed
 
 PACKAGE = "spectral-notes"
 INSTALL = "python -m pip install -r requirements.txt"
-SLOW = 5.0  # times as long as ARPACK, above which something is in the way; about as long is usual
+SLOW = 5.0  # times as long as ARPACK, above which something is in the way; less than as long is usual
 OPTIONAL = {
     "jupyterlab": "to run the notebooks: python -m pip install jupyterlab",
     "jupyter_book": "to render the book: python -m pip install -r requirements.txt",
-    "cholespy": "faster factorizations of large meshes: python -m pip install cholespy",
 }
 SCENE = "import json; from spectral_notes.command.doctor import render_scene; print(json.dumps(render_scene()))"
 
@@ -192,9 +191,12 @@ def check_eigenproblem() -> Finding:
             f"eigenvalues of a sphere are off by {off:.1%}, from ARPACK's by {gap:.1g}; orthonormality by {error:.1g}"
         )
         return Finding("eigenproblem", "broken", says, remedy)
-    says = f"36 modes of a sphere within {off:.1%} of l(l+1), equal to ARPACK's, in {ratio:.1f} times its time"
+    says = (
+        f"36 modes of a sphere within {off:.1%} of l(l+1), equal to ARPACK's, in {ratio:.1f} times its time; "
+        f"factors by {factor_in_use()}"
+    )
     if ratio > SLOW:
-        slow = "threads of linear algebra may be in each other's way: set OPENBLAS_NUM_THREADS=1 and try again"
+        slow = "the machine may have been busy: try again; to see where the time goes: make bench BENCH=--quick"
         return Finding("eigenproblem", "note", says, slow)
     return Finding("eigenproblem", "ok", says)
 

@@ -14,6 +14,7 @@ from spectral_notes import eigenbasis
 from spectral_notes.command import doctor
 from spectral_notes.command.cli import main
 from spectral_notes.command.doctor import examine
+from spectral_notes.solver import factorization
 
 
 def test_this_set_up_works_and_the_command_says_so(capsys):
@@ -60,10 +61,10 @@ def test_a_python_or_a_package_that_is_too_old(monkeypatch):
 
 
 def test_optional_packages_are_a_note(monkeypatch):
-    monkeypatch.setattr(doctor, "find_spec", lambda name: None if name == "cholespy" else object())
+    monkeypatch.setattr(doctor, "find_spec", lambda name: None if name == "jupyterlab" else object())
     found = doctor.check_optional_packages()
-    assert (found.status, found.says) == ("note", "not installed: cholespy")
-    assert "faster" in found.remedy
+    assert (found.status, found.says) == ("note", "not installed: jupyterlab")
+    assert "to run the notebooks" in found.remedy
 
 
 def test_wrong_eigenvalues_and_a_slow_solver_are_found(monkeypatch):
@@ -81,7 +82,19 @@ def test_wrong_eigenvalues_and_a_slow_solver_are_found(monkeypatch):
     monkeypatch.setattr(doctor, "SLOW", 0.0)
     found = doctor.check_eigenproblem()
     assert found.status == "note"
-    assert "OPENBLAS_NUM_THREADS" in found.remedy
+    assert "the machine may have been busy: try again" in found.remedy
+
+
+@pytest.mark.parametrize("installed", [True, False])
+def test_the_factor_in_use_is_said(monkeypatch, installed):
+    monkeypatch.setattr(factorization.importlib.util, "find_spec", lambda name: object() if installed else None)
+    monkeypatch.setattr(factorization.importlib.metadata, "version", lambda name: f"of {name}")
+    monkeypatch.setattr(factorization, "_cholmod", factorization._superlu)
+    found = doctor.check_eigenproblem()
+    assert found.status == "ok"
+    assert found.says.endswith(
+        "factors by CHOLMOD (cholespy of cholespy)" if installed else "factors by SuperLU (SciPy of scipy)"
+    )
 
 
 @pytest.mark.parametrize(

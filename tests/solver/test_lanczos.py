@@ -8,11 +8,13 @@ import numpy as np
 import pytest
 import scipy.linalg
 import scipy.sparse as sp
+from scipy.sparse.linalg import splu
 
 from spectral_notes.eigenbasis import compute_eigenbasis
 from spectral_notes.graphs import ring_graph
 from spectral_notes.laplacians import cotan_laplacian, graph_laplacian, interval_laplacian
-from spectral_notes.shapes import sphere
+from spectral_notes.meshes import TriangleMesh
+from spectral_notes.shapes import egg, rectangle, sphere, torus
 from spectral_notes.solver import lanczos
 from spectral_notes.solver.factorization import count_below, factorize, symmetric_lu, trustworthy
 from spectral_notes.solver.lanczos import block_lanczos
@@ -152,6 +154,19 @@ def test_factor_solves(pair: Pair, factor: str) -> None:
     assert abs(A - before[0]).nnz == 0 and np.array_equal(B, before[1])
     with pytest.raises(ValueError, match="L must be positive semidefinite; it has a negative eigenvalue: is its sign"):
         factorize(sp.csr_array(pair[0] - pair[1]), factor=factor)
+
+
+@pytest.mark.parametrize(
+    "make",
+    [lambda: sphere(5), lambda: egg(5), lambda: torus(160, 80), lambda: rectangle(n_x=110, n_y=110)],
+    ids=["sphere", "egg", "torus", "grid"],
+)
+def test_the_factor_of_a_regular_mesh_stores_little_but_nonzeros(make: Callable[[], TriangleMesh]) -> None:
+    L, M = cotan_laplacian(make())
+    A = sp.csr_array(L + 0.1 * M)
+    lu = symmetric_lu(A)
+    assert lu.nnz < 2.1 * lu.L.nnz  # L and its transpose; joined columns stored seven times that on a sphere
+    assert lu.nnz < splu(sp.csc_array(A)).nnz  # what SciPy's eigsh factors with
 
 
 def test_factor_name_is_checked(pair: Pair) -> None:
