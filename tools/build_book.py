@@ -6,7 +6,7 @@ Where the variables BOOK_REPOSITORY_URL, BOOK_REPOSITORY_BRANCH and BOOK_URL are
 the book, its pages link to their sources and to services that run them; these are links, so no page asks for anything.
 
 The notebooks of `book/` hold no images, so the pages are rendered from a staged copy, `_build/source`, in which each
-notebook is replaced by its executed twin. What is generated for the pages to load on request (Plotly.js, data) is
+notebook is replaced by its executed twin. What is generated for the pages to load on request (scripts, data) is
 written into `_build/static` and staged as `book/_static`. The rendered book is `_build/html`.
 """
 
@@ -113,8 +113,7 @@ def main(arguments: list[str] | None = None) -> int:
     execute = ["execute", "--into", str(build / "executed"), "--root", str(root), "--jobs", options.jobs]
     if status := notebooks.main([*execute, str(root / "book")]):
         return status
-    viewer_files.copy_plotly(build / "static")
-    viewer_files.copy_labs(build / "static", root)
+    viewer_files.copy_scripts(build / "static", root)
     lab_files.write_labs(build / "static", root)
     parent, executed, source = root, build / "executed", build / "source"
     if options.edition == "student":

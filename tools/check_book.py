@@ -32,9 +32,9 @@ IN_SCRIPT = re.compile(
     r"""|\.(?:src|href)\s*=\s*['"`]((?:https?:)?//[^'"`]+)"""
     r"""|\bfrom\s*['"]((?:https?:)?//[^'"]+)"""
 )
-# Code of others that names hosts it never asks here (MathJax for Internet Explorer, Plotly.js for maps and its logo):
+# Code of others that names hosts it never asks here (MathJax for Internet Explorer):
 # reading cannot tell, so the browser tests watch that no request leaves while it runs.
-WATCHED = ("mathjax", "plotly.min.js")
+WATCHED = ("mathjax",)
 
 
 class Page(HTMLParser):

@@ -25,7 +25,7 @@ from spectral_notes.diffusion import heat, point_source
 from spectral_notes.eigenbasis import Eigenbasis, compute_eigenbasis
 from spectral_notes.fourier import dft_by_fft, half_coefficients, synthesize_series
 from spectral_notes.functional_maps import functional_map
-from spectral_notes.labs.data import LabData, coarse_copy, in_unit_area, surface_data
+from spectral_notes.labs.data import LabData, coarse_copy, in_unit_area, modes_data, surface_data
 from spectral_notes.labs.recipes import map_data, parts_data
 from spectral_notes.laplacians import cotan_laplacian
 from spectral_notes.meshes import TriangleMesh
@@ -65,10 +65,10 @@ def dolls_in_poses(n: int) -> list[TriangleMesh]:
 def lab_data() -> Iterator[tuple[str, LabData]]:
     """Yield the name and the data of every file."""
     for shape in (egg(), goat(), bracket(), doll()):
-        yield f"eigenfunctions-{shape.name}", surface_data(coarse_copy(shape, 2500)[0], 101)
+        yield f"eigenfunctions-{shape.name}", modes_data(shape, 101)
     yield "reconstruction-goat", surface_data(coarse_copy(goat(), 4500)[0], 500, in_bytes=True)
-    yield "heat-goat", surface_data(coarse_copy(goat(), 3000)[0], 300)
-    yield "functional-map-doll", map_data(*two_dolls(2500), 60)
+    yield "heat-goat", surface_data(coarse_copy(goat(), 5000)[0], 300, in_bytes=True)
+    yield "functional-map-doll", map_data(*two_dolls(5000), 60)
     yield "clusters-doll", parts_data(dolls_in_poses(5000), range(2, 13))
 
 

@@ -1,20 +1,19 @@
-"""Take the scenes out of executed notebooks: their data into small files, a list of them beside each figure.
+"""Take the scenes out of executed notebooks: their data into small files, a name beside each figure.
 
-A figure made while SPECTRAL_NOTES_SCENES is set brings its scenes in its output (`plotting.scenes.attach`). A
-page that held them would be megabytes; so each goes into a script that is loaded when the reader asks, and the page
-keeps their names, which `book/_static/scenes.js` reads.
+A figure made while SPECTRAL_NOTES_SCENES is set brings its scene in its output (`plotting.scenes.attach`). A page that
+held them would be megabytes; so each goes into a script that is loaded when the reader asks, each surface into one that
+all its figures share, and the page keeps the names, which `book/_static/scenes.js` reads.
 """
 
 from __future__ import annotations
 
-import html
-import json
 from pathlib import Path
 
 import nbformat
 import notebooks
 
-MIME = "application/vnd.spectral-notes.scenes+json"
+from spectral_notes.plotting.packing import registering
+from spectral_notes.plotting.scenes import MIME
 
 
 def take_out(nb: nbformat.NotebookNode) -> dict[str, str]:
@@ -23,25 +22,20 @@ def take_out(nb: nbformat.NotebookNode) -> dict[str, str]:
     for cell in nb.cells:
         cells.append(cell)
         for output in cell.get("outputs", []):
-            scenes = output.get("data", {}).pop(MIME, None)
+            scene = output.get("data", {}).pop(MIME, None)
             label = cell.metadata.get("mystnb", {}).get("figure", {}).get("name")
-            if scenes is not None and label:
-                listed = [{"file": f"scenes/{label}-{number}"} | one for number, one in enumerate(scenes)]
-                files |= {one["file"]: registering(one["file"], one.pop("scene")) for one in listed}
-                cells.append(_list_cell(label, listed))
+            if scene is not None and label:
+                values = scene.pop("meshes") | {f"scenes/{label}": scene}
+                files |= {name: registering(name, value) for name, value in values.items()}
+                cells.append(_list_cell(label))
     nb.cells = cells
     return files
 
 
-def registering(name: str, value: str) -> str:
-    """Return the script that registers a value, given as JSON, under a name (`book/_static/loading.js`)."""
-    return f"spectralNotes.register({json.dumps(name)}, {value});\n"
-
-
-def _list_cell(label: str, listed: list[dict[str, object]]) -> nbformat.NotebookNode:
-    """A cell whose raw HTML lists the scenes of one figure."""
-    text = html.escape(json.dumps(listed, ensure_ascii=False), quote=True)
-    source = f'```{{raw}} html\n<div class="scenes" hidden data-figure="{label}" data-scenes="{text}"></div>\n```'
+def _list_cell(label: str) -> nbformat.NotebookNode:
+    """A cell whose raw HTML names the scene of one figure."""
+    place = f'<div class="scenes" hidden data-figure="{label}" data-scene="scenes/{label}"></div>'
+    source = f"```{{raw}} html\n{place}\n```"
     return nbformat.v4.new_markdown_cell(source, id=f"scenes-{label}"[:64])
 
 

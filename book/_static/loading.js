@@ -1,7 +1,7 @@
-/* Load on demand what only some readers ask for: Plotly.js, and data in small scripts.
+/* Load on demand what only some readers ask for: the viewer of surfaces, and data in small scripts.
 
    Script tags, not fetch or modules, because a book opened by double-click (file://) may use nothing else. A data file
-   is one call, spectralNotes.register("scenes/fig-08-egg-0", {...}), and lies at _static/scenes/fig-08-egg-0.js. */
+   is one call, spectralNotes.register("scenes/fig-08-egg", {...}), and lies at _static/scenes/fig-08-egg.js. */
 (function () {
   "use strict";
   const folder = new URL(".", document.currentScript.src);
@@ -26,13 +26,16 @@
     return loading.get(path);
   }
 
-  window.spectralNotes = {
+  const registry = {
     script,
-    /** Promise of Plotly. */
-    plotly: () => script("plotly.min.js").then(() => window.Plotly),
     /** Called by a data file. */
     register: (name, value) => registered.set(name, value),
     /** Promise of what the data file of this name registers. */
     data: (name) => script(`${name}.js`).then(() => registered.get(name)),
+    /** Promise of the viewer. */
+    viewer: () => ["arrays", "viewer", "stage"].reduce((before, name) => before.then(() => script(`viewer/${name}.js`)), Promise.resolve()),
+    /** Promise of a scene and of what draws it. */
+    scene: (name) => Promise.all([registry.data(name), registry.viewer()]).then(([scene]) => scene),
   };
+  window.spectralNotes = registry;
 })();

@@ -35,6 +35,7 @@ from spectral_notes.files import arrays
 from spectral_notes.files.mesh_files import read_mesh
 from spectral_notes.laplacians import cotan_laplacian
 from spectral_notes.plotting import rendering
+from spectral_notes.plotting.pages import SCRIPTS
 from spectral_notes.plotting.pyvista_loading import load_pyvista
 from spectral_notes.shapes.cache import PLACE_VARIABLE, cache_directory
 from spectral_notes.solver import factor_in_use, memory_needed
@@ -107,7 +108,7 @@ def examine(n_vertices: int = 100_000, k: int = 100) -> list[Finding]:
         ("linear algebra", check_linear_algebra, ""),
         ("eigenproblem", check_eigenproblem, f"the numerical packages do not work together: {INSTALL}"),
         ("pictures", check_pictures, rendering.GL_REMEDY),
-        ("interactive scenes", check_scenes, f"plotly is incomplete: {INSTALL} --force-reinstall"),
+        ("interactive scenes", check_scenes, f"{INSTALL} --force-reinstall"),
         ("files", check_files, f"a package for mesh files does not work: {INSTALL} --force-reinstall"),
         ("cache", check_cache, f"set the environment variable {PLACE_VARIABLE} to a folder that you may write to"),
         ("memory", lambda: check_memory(n_vertices, k), "close other programs"),
@@ -244,12 +245,11 @@ def render_scene() -> dict[str, Any]:
 
 
 def check_scenes() -> Finding:
-    """Find whether Plotly.js, which turns the surfaces, lies in the installed wheel."""
-    import plotly
-
-    script = Path(plotly.__file__).parent / "package_data" / "plotly.min.js"
-    size = script.stat().st_size / 1e6
-    return Finding("interactive scenes", "ok", f"Plotly.js {size:.1f} MB, in the installed package: no network needed")
+    """Find whether the scripts that turn the surfaces lie in the installed package."""
+    size = sum(path.stat().st_size for path in SCRIPTS.glob("*.js")) / 1e3
+    if not size:
+        return Finding("interactive scenes", "broken", "the viewer is missing", f"{INSTALL} --force-reinstall")
+    return Finding("interactive scenes", "ok", f"a viewer of {size:.0f} kB comes with the package: no network needed")
 
 
 def check_files() -> Finding:

@@ -1,7 +1,7 @@
 """A result as one HTML page that needs no network: the picture, the numbers, and scenes to turn with the mouse.
 
-Plotly.js is copied into the page from the installed package, so that the file can be sent to anybody. The still picture
-is there without a script; the scenes are started on a click.
+The scripts that turn the scenes are copied into the page, so that the file can be sent to anybody. The still picture is
+there without a script; the scenes are started on a click.
 """
 
 from __future__ import annotations
@@ -9,19 +9,18 @@ from __future__ import annotations
 import base64
 import html
 import io
-import json
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from string import Template
 from typing import Any
 
-import plotly
 from matplotlib.figure import Figure
 
+from spectral_notes.plotting.packing import registering
+from spectral_notes.plotting.pages import SCRIPTS
 from spectral_notes.plotting.rendering import SurfaceView
-from spectral_notes.plotting.scenes import plain_text, scene_text
+from spectral_notes.plotting.scenes import plain_text, scene
 
-PLOTLY = Path(plotly.__file__).parent / "package_data" / "plotly.min.js"
 PAGE = Path(__file__).with_name("report.html")
 LONGEST = 12  # numbers of a list that the table shows; the rest is counted
 
@@ -36,7 +35,7 @@ def report_page(title: str, facts: Mapping[str, Any], views: Sequence[SurfaceVie
     facts : mapping of str to number, string, list or mapping
         The rows of the table.
     views : sequence of SurfaceView
-        What the scenes show, one at a time.
+        What the scene shows, side by side.
     still : Figure
         The same, as a picture.
 
@@ -56,15 +55,17 @@ def report_page(title: str, facts: Mapping[str, Any], views: Sequence[SurfaceVie
     picture = io.BytesIO()
     still.savefig(picture, format="png")
     names = [plain_text(view.title) or "the shape" for view in views]
-    scenes = ",".join(scene_text(view) for view in views)
+    packed = scene(views)
+    values = {**packed.pop("meshes"), "scene": packed}
+    scripts = [(SCRIPTS / f"{name}.js").read_text(encoding="utf-8") for name in ("arrays", "viewer", "stage")]
     return Template(PAGE.read_text(encoding="utf-8")).substitute(
         title=html.escape(title),
         alt=html.escape(f"Still pictures of {', '.join(names)}."),
         picture=base64.b64encode(picture.getvalue()).decode(),
-        options="".join(f'<option value="{i}">{html.escape(name)}</option>' for i, name in enumerate(names)),
         rows="".join(f"<tr><th>{html.escape(_words(k))}</th><td>{html.escape(v)}</td></tr>" for k, v in _rows(facts)),
-        scenes=_script_safe(f"[{scenes}]"),
-        plotly=PLOTLY.read_text(encoding="utf-8"),
+        style=(SCRIPTS / "stage.css").read_text(encoding="utf-8"),
+        data="".join(registering(name, value) for name, value in values.items()).replace("</", "<\\/"),
+        scripts="\n".join(scripts),
     )
 
 
@@ -94,9 +95,3 @@ def _text(value: Any) -> str:
 def _words(name: str) -> str:
     """The name of a fact in words."""
     return name.replace("_", " ")
-
-
-def _script_safe(text: str) -> str:
-    """JSON that does not end the script it stands in."""
-    json.loads(text)
-    return text.replace("</", "<\\/")

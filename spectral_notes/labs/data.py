@@ -1,16 +1,12 @@
 """What the labs of the book compute with, packed into small JavaScript files: vertices, faces, modes, coefficients.
 
 A lab runs in the page, without a kernel, so its numbers are quantised: half precision where 3 MB allow it, and for a
-basis of many modes bytes with one step a mode beyond the first few, whose coefficients are large. Each array travels as
-``{"type", "shape", "data"}``: its bytes, first bytes of all elements first, deflated, in base64.
+basis of many modes bytes with one step a mode beyond the first few, whose coefficients are large.
 """
 
 from __future__ import annotations
 
-import base64
-import json
 import math
-import zlib
 from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
@@ -20,17 +16,17 @@ import numpy as np
 import scipy.sparse as sp
 from numpy.typing import NDArray
 
-from spectral_notes._checks import FloatArray, as_choice, as_count
+from spectral_notes._checks import FloatArray, as_count
 from spectral_notes.eigenbasis import compute_eigenbasis
+from spectral_notes.geometry import nodal_domains
 from spectral_notes.laplacians import cotan_laplacian
 from spectral_notes.matching.point_maps import surface_weights
 from spectral_notes.meshes import TriangleMesh, face_areas
+from spectral_notes.plotting.packing import pack, registering
 from spectral_notes.plotting.rendering import SurfaceView
 
-Packed = dict[str, Any]
-
-TYPES = {"float16": "<f2", "float32": "<f4", "uint16": "<u2", "int8": "i1"}
-MAX_VERTICES = 20_000  # of a lab; faces count vertices in 16 bits, and Plotly.js redraws all of them at every step
+MAX_VERTICES = 20_000  # of a lab; faces count vertices in 16 bits, and all of them are redrawn at every step
+NODAL = 0.01  # of the largest value: what counts as zero beside a nodal line, as in chapter 8
 HALF_MODES = 40  # how many modes of a long basis keep half precision
 
 
@@ -62,62 +58,7 @@ class LabData:
         str
             One call of ``spectralNotes.register``.
         """
-        packed = {key: pack_array(array) for key, array in self.arrays.items()}
-        content = json.dumps({"facts": dict(self.facts), "arrays": packed}, separators=(",", ":"))
-        return f"spectralNotes.register({json.dumps(name)}, {content});\n"
-
-
-def pack_array(array: NDArray[Any]) -> Packed:
-    """Return an array as text: deflated bytes in base64, with its type and shape.
-
-    Parameters
-    ----------
-    array : ndarray
-        Of type float16, float32, uint16 or int8.
-
-    Returns
-    -------
-    dict
-        ``{"type", "shape", "data"}``.
-
-    Raises
-    ------
-    ValueError
-        If the type is another one.
-
-    Examples
-    --------
-    >>> pack_array(np.array([[1, 2]], dtype=np.int8))["shape"]
-    [1, 2]
-    """
-    kind = as_choice("array's type", array.dtype.name, tuple(TYPES))
-    width = array.dtype.itemsize
-    planes = np.ascontiguousarray(array, TYPES[kind]).view(np.uint8).reshape(-1, width).T
-    data = base64.b64encode(zlib.compress(planes.tobytes(), 9)).decode("ascii")
-    return {"type": kind, "shape": list(array.shape), "data": data}
-
-
-def unpack_array(packed: Packed) -> NDArray[Any]:
-    """Return the array that was packed, bit by bit.
-
-    Parameters
-    ----------
-    packed : dict
-        ``{"type", "shape", "data"}``.
-
-    Returns
-    -------
-    ndarray
-        Of the type and shape it had.
-
-    Examples
-    --------
-    >>> unpack_array(pack_array(np.array([0.5, -2.0], dtype=np.float16))).tolist()
-    [0.5, -2.0]
-    """
-    dtype = np.dtype(TYPES[packed["type"]])
-    planes = np.frombuffer(zlib.decompress(base64.b64decode(packed["data"])), np.uint8)
-    return planes.reshape(dtype.itemsize, -1).T.copy().view(dtype).reshape(packed["shape"])
+        return registering(name, pack(self.facts, self.arrays))
 
 
 def coarse_copy(mesh: TriangleMesh, n: int) -> tuple[TriangleMesh, sp.csr_array]:
@@ -228,6 +169,14 @@ def surface_data(mesh: TriangleMesh, k: int, *, in_bytes: bool = False) -> LabDa
     }
     facts = {"n": mesh.n_vertices, "k": k} | viewpoint(mesh)
     return LabData(facts, arrays | quantise(basis.evecs, HALF_MODES if in_bytes else k))
+
+
+def modes_data(mesh: TriangleMesh, k: int) -> LabData:
+    """Return a surface with its first k modes in bytes, and the number of nodal domains of each (fact `domains`)."""
+    data = surface_data(mesh, k, in_bytes=True)
+    basis = compute_eigenbasis(*cotan_laplacian(in_unit_area(mesh)), k)
+    counts = [int(nodal_domains(mesh, f, tol=NODAL).max()) + 1 for f in basis.evecs.T]
+    return LabData({**data.facts, "domains": counts}, data.arrays)
 
 
 def viewpoint(mesh: TriangleMesh) -> dict[str, Any]:

@@ -2,11 +2,8 @@
 
 from __future__ import annotations
 
-import html
 import re
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
-from importlib.resources import files
 from pathlib import Path
 
 import numpy as np
@@ -15,50 +12,17 @@ from scipy.spatial import cKDTree
 
 from spectral_notes._checks import as_choice, as_count
 from spectral_notes.functional_maps import as_point_map
-from spectral_notes.labs.data import LabData, coarse_copy, surface_data
+from spectral_notes.labs.data import LabData, coarse_copy, modes_data, surface_data
 from spectral_notes.labs.recipes import map_data, parts_data
 from spectral_notes.meshes import TriangleMesh
+from spectral_notes.plotting.pages import Page, page
 
 SCRIPTS = Path(__file__).with_name("static")
 HEIGHT = 900  # pixels of the frame in a notebook
-
-PAGE = """<!DOCTYPE html>
-<html lang="en"><head><meta charset="utf-8"><title>{title}</title>
-<style>body {{ font-family: sans-serif; color-scheme: light dark; }}\n{style}</style></head>
-<body><spectral-lab name="{name}" data="{data}"></spectral-lab>
-<script>
-const given = new Map();
-globalThis.spectralNotes = {{
-  script: async () => {{}},
-  plotly: async () => globalThis.Plotly,
-  register: (name, value) => given.set(name, value),
-  data: async (name) => given.get(name),
-}};
-</script>
-{scripts}
-<script>addEventListener("load", () => document.querySelector("spectral-lab").start());</script>
-</body></html>"""
+N_LAB = 4500  # vertices of a surface in a lab that needs many modes
 
 
-@dataclass(frozen=True)
-class Lab:
-    """Hold one lab as a page of its own; a notebook shows it.
-
-    Parameters
-    ----------
-    page : str
-        HTML that asks nobody for anything: scripts and data are inside.
-    """
-
-    page: str
-
-    def _repr_html_(self) -> str:
-        """Return a frame with the page in it."""
-        source = html.escape(self.page, quote=True)
-        return f'<iframe title="lab" srcdoc="{source}" style="width: 100%; height: {HEIGHT}px; border: 0"></iframe>'
-
-
-def lab(name: str, *meshes: TriangleMesh, k: int | None = None, p2p_21: ArrayLike | None = None) -> Lab:
+def lab(name: str, *meshes: TriangleMesh, k: int | None = None, p2p_21: ArrayLike | None = None) -> Page:
     """Return a lab of the book on meshes of your own; as the last line of a notebook's cell it starts.
 
     The meshes are simplified to a few thousand vertices first. All numbers are computed here, and the page is whole:
@@ -78,15 +42,13 @@ def lab(name: str, *meshes: TriangleMesh, k: int | None = None, p2p_21: ArrayLik
 
     Returns
     -------
-    Lab
+    Page
         The page.
 
     Raises
     ------
     TypeError, ValueError
         If the name is none of these, the meshes are not as many as the lab needs, or cannot be simplified.
-    FileNotFoundError
-        If the scripts of the labs are not there, because the library was installed without the book.
 
     Examples
     --------
@@ -101,17 +63,12 @@ def lab(name: str, *meshes: TriangleMesh, k: int | None = None, p2p_21: ArrayLik
             raise TypeError(f"meshes must be TriangleMesh; got {type(mesh).__name__}")
     few, many, recipe = RECIPES[name]
     as_count("the number of meshes", len(meshes), few, many)
-    if not SCRIPTS.exists():
-        raise FileNotFoundError("the scripts of the labs come with the book: install the library from its repository")
     data = recipe(meshes, k, p2p_21)
     named = {f"{name}-{i}-{_plain(part.facts)}": part for i, part in enumerate(data)}
     texts = [part.script(f"labs/data/{key}") for key, part in named.items()]
-    texts += [(SCRIPTS / f"{file}.js").read_text(encoding="utf-8") for file in ("frame", "numerics", "drawing", name)]
-    if data:
-        texts.insert(0, (files("plotly") / "package_data" / "plotly.min.js").read_text(encoding="utf-8"))
-    scripts = "\n".join("<script>" + text.replace("</script", "<\\/script") + "</script>" for text in texts)
-    style = (SCRIPTS / "labs.css").read_text(encoding="utf-8")
-    return Lab(PAGE.format(title=name, name=name, data=" ".join(named), style=style, scripts=scripts))
+    body = f'<spectral-lab name="{name}" data="{" ".join(named)}" started></spectral-lab>'
+    scripts = ("arrays", "viewer", "frame", "numerics", "drawing", name)
+    return page(f"lab {name}", body, texts, scripts, HEIGHT, [SCRIPTS])
 
 
 def _plain(facts: object) -> str:
@@ -120,10 +77,16 @@ def _plain(facts: object) -> str:
     return re.sub(r"\W+", "_", str(name)) or "shape"
 
 
-def _surfaces(meshes: Sequence[TriangleMesh], k: int | None, n: int, usual: int, in_bytes: bool) -> list[LabData]:
-    """Return every mesh with its modes."""
-    coarse = [coarse_copy(mesh, n)[0] for mesh in meshes]
-    return [surface_data(mesh, k or min(usual, mesh.n_vertices), in_bytes=in_bytes) for mesh in coarse]
+def _modes(meshes: Sequence[TriangleMesh], k: int | None, _: ArrayLike | None) -> list[LabData]:
+    """Return every mesh with its modes and their nodal domains."""
+    coarse = [coarse_copy(mesh, 15_000)[0] for mesh in meshes]
+    return [modes_data(mesh, k or min(101, mesh.n_vertices)) for mesh in coarse]
+
+
+def _surface(meshes: Sequence[TriangleMesh], k: int | None, usual: int) -> list[LabData]:
+    """Return one mesh with its modes."""
+    coarse, _ = coarse_copy(meshes[0], N_LAB)
+    return [surface_data(coarse, k or min(usual, coarse.n_vertices), in_bytes=True)]
 
 
 def _map(meshes: Sequence[TriangleMesh], k: int | None, p2p_21: ArrayLike | None) -> list[LabData]:
@@ -134,7 +97,7 @@ def _map(meshes: Sequence[TriangleMesh], k: int | None, p2p_21: ArrayLike | None
             raise ValueError("p2p_21 must be given, vertex of 2 -> vertex of 1, where the meshes share no faces")
         p2p_21 = np.arange(two.n_vertices)
     p2p_21 = as_point_map(p2p_21, one.n_vertices, two.n_vertices)
-    (coarse_1, _), (coarse_2, P_2) = coarse_copy(one, 2500), coarse_copy(two, 2500)
+    (coarse_1, _), (coarse_2, P_2) = coarse_copy(one, N_LAB), coarse_copy(two, N_LAB)
     truth = one.vertices[p2p_21[np.asarray(P_2.argmax(axis=1)).ravel()]]
     nearest = cKDTree(coarse_1.vertices).query(truth)[1]
     return [map_data(coarse_1, coarse_2, nearest, k or min(60, coarse_1.n_vertices, coarse_2.n_vertices))]
@@ -142,7 +105,7 @@ def _map(meshes: Sequence[TriangleMesh], k: int | None, p2p_21: ArrayLike | None
 
 def _parts(meshes: Sequence[TriangleMesh], k: int | None, p2p_21: ArrayLike | None) -> list[LabData]:
     """Return the poses with their parts; `k` is the number of coordinates of the embedding."""
-    coarse, P = coarse_copy(meshes[0], 5000)
+    coarse, P = coarse_copy(meshes[0], N_LAB)
     if any(not np.array_equal(mesh.faces, meshes[0].faces) for mesh in meshes):
         raise ValueError("meshes must share their faces: poses of one mesh, the same vertices in the same order")
     names = [mesh.name or f"pose {i + 1}" for i, mesh in enumerate(meshes)]
@@ -152,9 +115,9 @@ def _parts(meshes: Sequence[TriangleMesh], k: int | None, p2p_21: ArrayLike | No
 
 Recipe = Callable[[Sequence[TriangleMesh], int | None, ArrayLike | None], list[LabData]]
 RECIPES: dict[str, tuple[int, int, Recipe]] = {  # name -> least and most meshes, and what makes the data
-    "eigenfunctions": (1, 12, lambda meshes, k, _: _surfaces(meshes, k, 2500, 101, False)),
-    "reconstruction": (1, 1, lambda meshes, k, _: _surfaces(meshes, k, 4500, 500, True)),
-    "heat": (1, 1, lambda meshes, k, _: _surfaces(meshes, k, 3000, 300, False)),
+    "eigenfunctions": (1, 12, _modes),
+    "reconstruction": (1, 1, lambda meshes, k, _: _surface(meshes, k, 500)),
+    "heat": (1, 1, lambda meshes, k, _: _surface(meshes, k, 300)),
     "functional-map": (2, 2, _map),
     "clusters": (1, 12, _parts),
     "fourier": (0, 0, lambda *_: []),

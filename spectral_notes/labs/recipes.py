@@ -65,8 +65,8 @@ def parts_data(poses: Sequence[TriangleMesh], counts: Sequence[int], *, d: int =
     """Return poses of one mesh, and the parts that clustering finds in each of them by itself.
 
     The numbers of the parts are matched afterwards: within the first pose from one count to the next, then every other
-    pose to the first. Facts: name, n, poses, counts, the camera. Arrays: faces (m, 3), vertices (poses, 3, n), and
-    labels (poses, counts, n).
+    pose to the first. Facts: name, n, poses, counts, the camera. Arrays: faces (m, 3), vertices (poses, 3, n),
+    mass (n,) of the first pose, and labels (poses, counts, n).
 
     Parameters
     ----------
@@ -109,5 +109,6 @@ def parts_data(poses: Sequence[TriangleMesh], counts: Sequence[int], *, d: int =
         "faces": poses[0].faces.astype(np.uint16),
         "vertices": np.array([in_unit_area(pose).vertices.T for pose in poses]).astype(np.float16),
         "labels": labels.astype(np.int8),
+        "mass": cotan_laplacian(poses[0])[1].diagonal().astype(np.float32),
     }
     return LabData(facts | viewpoint(poses[0]), arrays)

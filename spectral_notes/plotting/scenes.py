@@ -1,13 +1,13 @@
-"""Turn what a still picture shows: the same `SurfaceView` as a scene of Plotly.js, in a notebook and in the book.
+"""Turn what a still picture shows: the same `SurfaceView`s as a scene, in a notebook and in the book.
 
-A scene is the dictionary that Plotly.js draws, `data` and `layout`, light enough to load on a click: about 5,000
-vertices, positions in 16 bits, at most 250 kB. Its axes are those of the still's camera: x to the right, z up, y away
-from the eye; so it opens as the still was seen, and a turn keeps up upward.
+A scene is data for `static/viewer.js`: each surface whole, vertex for vertex and face for face, with its positions in
+16 bits (a 65,535th of the size of what is seen) and its values in half precision. Nodal lines and edges are drawn on
+the surface itself, so they need no data. A surface that several pictures show travels once.
 """
 
 from __future__ import annotations
 
-import base64
+import hashlib
 import json
 import os
 import re
@@ -17,139 +17,131 @@ from typing import Any
 
 import matplotlib as mpl
 import numpy as np
+from matplotlib.colors import to_hex
+from numpy.typing import NDArray
 
-from spectral_notes._checks import as_count
-from spectral_notes.meshes import TriangleMesh, row_norms
-from spectral_notes.plotting.rendering import SurfaceView
-from spectral_notes.plotting.scene_meshes import is_faceted, lighten
-from spectral_notes.plotting.scene_traces import TOP, Frame, all_points, frame_of, traces_of
+from spectral_notes._checks import FloatArray, as_instance
+from spectral_notes.meshes import PointCloud
+from spectral_notes.plotting.packing import Packed, pack, registering
+from spectral_notes.plotting.pages import Page, page
+from spectral_notes.plotting.rendering import LABEL_COLORS, PLAIN_COLOR, SurfaceView, values_to_draw
 
-MAX_VERTICES = 5000
-MAX_BYTES = 249_000  # of a scene as text: a file of 250 kB with the call around it
 MIME = "application/vnd.spectral-notes.scenes+json"
 SWITCH = "SPECTRAL_NOTES_SCENES"  # set while the notebooks run for the book: figures then bring their scenes
-TURNED = 0.75  # of the farthest reach that a picture shows upward, even where the first sight is flatter
+NONE = np.zeros((0, 3))
+TOP = 65535  # of a coordinate in 16 bits
 SIGNS = {"lambda": "λ", "approx": "≈", "times": "×", "cdot": "·", "infty": "∞"}
 
-Scene = dict[str, Any]
 
-
-def figure(view: SurfaceView, *, color_bar: str = "") -> Any:
-    """Return a view as a Plotly figure, which a running notebook shows as a scene to turn.
+def show(*views: SurfaceView, color_bar: str = "") -> Page:
+    """Return views as a page to turn with the mouse; as the last line of a notebook's cell it is shown.
 
     Parameters
     ----------
-    view : SurfaceView
-        What to show.
+    *views : SurfaceView
+        What to show, side by side; they turn together.
     color_bar : str
         Label of a colour bar; none where empty.
 
     Returns
     -------
-    plotly.graph_objects.Figure
-        The figure.
+    Page
+        The page: HTML that asks nobody for anything.
 
     Raises
     ------
-    ValueError
-        If the camera of the view looks along its upward direction.
+    TypeError, ValueError
+        If there is no view, or a camera looks along its upward direction.
 
     Examples
     --------
+    >>> from spectral_notes.meshes import TriangleMesh
     >>> triangle = TriangleMesh([[0, 0, 0], [1, 0, 0], [0, 0, 1]], [[0, 1, 2]])
-    >>> [trace.type for trace in figure(SurfaceView(triangle, [1.0, 0.0, -1.0])).data]
-    ['mesh3d', 'scatter3d']
+    >>> "spectralNotes.register" in show(SurfaceView(triangle, [1.0, 0.0, -1.0])).page
+    True
     """
-    import plotly.graph_objects as go
+    if not views:
+        raise ValueError("views must hold at least one view; SurfaceView(mesh, values) makes one")
+    packed = scene(views, color_bar=color_bar)
+    texts = [registering(name, mesh) for name, mesh in packed.pop("meshes").items()]
+    body = '<div class="scene-alone" data-scene="scene"></div>'
+    return page("scene", body, [*texts, registering("scene", packed)], ("arrays", "viewer", "stage"))
 
-    drawn = scene(view, color_bar=color_bar)
-    layout = {key: value for key, value in drawn["layout"].items() if key != "meta"}
-    return go.Figure(drawn["data"], layout | {"height": 450, "title": {"text": plain_text(view.title)}})
 
+def scene(views: Sequence[SurfaceView], *, color_bar: str = "") -> Packed:
+    """Return what the viewer draws for views: ``{"meshes", "pictures", "bar"}``.
 
-def show(view: SurfaceView, *, color_bar: str = "") -> None:
-    """Show a view in a running notebook as a scene to turn with the mouse.
-
-    Parameters
-    ----------
-    view : SurfaceView
-        What to show.
-    color_bar : str
-        Label of a colour bar; none where empty.
+    Each of the pictures names its surface by a digest of its content, under which `meshes` holds it.
     """
-    figure(view, color_bar=color_bar).show()
+    meshes, pictures = {}, []
+    for view in views:
+        as_instance("views", view, SurfaceView, "SurfaceView(mesh, values) makes one")
+        eye, up = (np.asarray(direction, dtype=np.float64) for direction in view.view_direction)
+        if np.linalg.norm(np.cross(up, eye)) < 1e-9 * np.linalg.norm(up) * np.linalg.norm(eye):
+            raise ValueError(f"camera must look along another direction than up; got {view.view_direction}")
+        surface = pack(*_surface(view))
+        name = "scenes/mesh-" + hashlib.sha256(json.dumps(surface).encode()).hexdigest()[:16]
+        meshes[name] = surface
+        pictures.append(pack(*_picture(view)) | {"name": plain_text(view.title), "mesh": name})
+    bar = {"label": plain_text(color_bar), "limits": views[0].color_limits} if color_bar else None
+    return {"meshes": meshes, "pictures": pictures, "bar": bar}
 
 
-def scene(view: SurfaceView, *, color_bar: str = "", n_max: int = MAX_VERTICES) -> Scene:
-    """Return what Plotly.js draws for a view: its traces, and a layout with the camera of the still.
-
-    Parameters
-    ----------
-    view : SurfaceView
-        What to show.
-    color_bar : str
-        Label of a colour bar; none where empty.
-    n_max : int
-        Number of vertices or points above which the surface is made lighter, at least 100.
-
-    Returns
-    -------
-    dict
-        `data`, the traces, and `layout`; arrays are of 16-bit integers where they are positions. `layout["meta"]`
-        holds half the width and half the height that a picture must show, as shares of the width of the scene's box.
-
-    Examples
-    --------
-    >>> triangle = TriangleMesh([[0, 0, 0], [1, 0, 0], [0, 0, 1]], [[0, 1, 2]])
-    >>> scene(SurfaceView(triangle))["data"][0]["type"]
-    'mesh3d'
-    """
-    light = lighten(view, as_count("n_max", n_max, 100))
-    frame = frame_of(view)
-    faceted = isinstance(view.surface, TriangleMesh) and is_faceted(view.surface)
-    return {
-        "data": traces_of(light, frame, _color_bar(color_bar) if color_bar else None, faceted),
-        "layout": _layout(view, frame),
-    }
+def quantised(points: FloatArray) -> tuple[dict[str, Any], NDArray[np.uint16]]:
+    """Return positions as whole numbers of 16 bits, shape (3, n), and the facts that undo it: the corner and a step."""
+    low = points.min(axis=0)
+    step = float(np.ptp(points, axis=0).max()) / TOP or 1.0
+    return {"low": low.tolist(), "step": step}, np.rint((points - low) / step).T.astype(np.uint16)
 
 
-def scene_text(view: SurfaceView, *, color_bar: str = "") -> str:
-    """Return a scene as JSON of at most MAX_BYTES characters, with arrays in base64 as Plotly.js reads them.
+def _surface(view: SurfaceView) -> tuple[dict[str, Any], dict[str, NDArray[Any]]]:
+    """The surface or cloud alone."""
+    facts, vertices = quantised(view.positions)
+    if isinstance(view.surface, PointCloud):
+        return facts, {"vertices": vertices}
+    faces = view.surface.faces
+    return facts, {"vertices": vertices, "faces": faces.astype(np.uint16 if faces.max() <= TOP else np.uint32)}
 
-    Parameters
-    ----------
-    view : SurfaceView
-        What to show.
-    color_bar : str
-        Label of a colour bar; none where empty.
 
-    Returns
-    -------
-    str
-        JSON; a view whose lines and arrows take much room gets a lighter surface.
+def _picture(view: SurfaceView) -> tuple[dict[str, Any], dict[str, NDArray[Any]]]:
+    """What is on the surface, and where it is seen from."""
+    eye, up = view.view_direction
+    facts: dict[str, Any] = {"eye": list(eye), "up": list(up), "color": PLAIN_COLOR, "edges": view.edges}
+    arrays: dict[str, NDArray[Any]] = {}
+    if view.values is not None:
+        values, on_faces = values_to_draw(view)
+        facts |= {"onFaces": on_faces, "colors": color_stops(view)}
+        facts["nodal"] = view.kind == "signed" and view.nodal_lines and not on_faces
+        if view.kind == "labels":
+            facts["limits"], arrays["values"] = [-0.5, len(LABEL_COLORS) - 0.5], values.astype(np.int8)
+        else:  # shares of the colour map: half precision keeps the signs of small values, and so the nodal lines
+            low, high = view.color_limits
+            base, unit = (0.0, high) if low == -high else (low, high - low)
+            shares = (values - base) / (unit or 1.0)
+            facts["limits"], arrays["values"] = [(low - base) / (unit or 1.0), 1.0], shares.astype(np.float16)
+    curves = [np.asarray(curve) for curve in view.curves]
+    feet, vectors = (np.asarray(part) for part in view.arrows or (NONE, NONE))
+    points = np.asarray(NONE if view.points is None else view.points)
+    facts["ends"] = np.cumsum([len(curve) for curve in curves]).tolist()
+    marks = {"curves": np.vstack([NONE, *curves]), "points": points, "feet": feet, "tips": feet + vectors}
+    for name, places in marks.items():
+        if len(places):
+            facts[name], arrays[name] = quantised(places)
+    return facts, arrays
 
-    Raises
-    ------
-    ValueError
-        If the marks of the view alone are more than a scene may hold.
 
-    Examples
-    --------
-    >>> triangle = TriangleMesh([[0, 0, 0], [1, 0, 0], [0, 0, 1]], [[0, 1, 2]])
-    >>> json.loads(scene_text(SurfaceView(triangle)))["data"][0]["i"]
-    {'dtype': 'u2', 'bdata': 'AAA='}
-    """
-    for n_max in (MAX_VERTICES, 4000, 3000, 2000):
-        text = json.dumps(_packed(scene(view, color_bar=color_bar, n_max=n_max)), separators=(",", ":"))
-        if len(text) <= MAX_BYTES:
-            return text
-    raise ValueError(
-        f"view must fit into a scene of {MAX_BYTES} bytes; {view.title!r} takes {len(text)}: draw fewer arrows, curves"
-    )
+def color_stops(view: SurfaceView) -> list[list[Any]]:
+    """Return the colour map as stops, ``[share, "#rrggbb"]``; two stops at one place make a step."""
+    if view.kind == "labels":
+        ends = np.arange(len(LABEL_COLORS) + 1) / len(LABEL_COLORS)
+        steps = zip(ends[:-1], ends[1:], LABEL_COLORS, strict=True)
+        return [[float(end), color] for low, high, color in steps for end in (low, high)]
+    shades = mpl.colormaps[str(view.color_map)]
+    return [[k / 32, to_hex(shades(k / 32))] for k in range(33)]
 
 
 def attach(figure: Any, views: Sequence[SurfaceView], *, color_bar: str = "") -> Any:
-    """Let a matplotlib figure bring the scenes of its views when the book is being made; otherwise do nothing.
+    """Let a matplotlib figure bring the scene of its views when the book is being made; otherwise do nothing.
 
     Parameters
     ----------
@@ -163,33 +155,41 @@ def attach(figure: Any, views: Sequence[SurfaceView], *, color_bar: str = "") ->
     Returns
     -------
     matplotlib.figure.Figure
-        The same figure. Its display holds the scenes as the MIME type `MIME`, beside the still picture.
+        The same figure. Its display holds the scene as the MIME type `MIME`, beside the still picture.
 
     Raises
     ------
     ValueError
         If the figure has fewer axes than there are views.
-
-    Examples
-    --------
-    >>> from spectral_notes import plotting
-    >>> triangle = TriangleMesh([[0, 0, 0], [1, 0, 0], [0, 0, 1]], [[0, 1, 2]])
-    >>> still = plotting.plot_views([SurfaceView(triangle)])
-    >>> hasattr(attach(still, [SurfaceView(triangle)]), "_repr_mimebundle_")
-    False
     """
     if len(figure.axes) < len(views):
         raise ValueError(f"figure must have one axes for each of the {len(views)} views; got {len(figure.axes)}")
     if os.environ.get(SWITCH):
 
         def bundle(**_: Any) -> dict[str, Any]:
-            names = [plain_text(view.title) for view in views]
-            boxes = _boxes(figure, len(views))
-            texts = [scene_text(view, color_bar=color_bar) for view in views]
-            return {MIME: [{"name": n, "box": b, "scene": t} for n, b, t in zip(names, boxes, texts, strict=True)]}
+            brought = scene(views, color_bar=color_bar)
+            for picture, box in zip(brought["pictures"], _boxes(figure, len(views)), strict=True):
+                picture["box"] = box
+            return {MIME: brought}
 
         figure._repr_mimebundle_ = bundle
     return figure
+
+
+def _boxes(figure: Any, count: int) -> list[list[float]]:
+    """Where the first axes lie in the saved picture: left, top, width, height, as shares of the picture.
+
+    A notebook saves the figure cut to its content, with a margin.
+    """
+    tight = figure.get_tightbbox().padded(mpl.rcParams["savefig.pad_inches"])  # inches
+    width, height = figure.get_size_inches()
+    boxes = []
+    for axes in figure.axes[:count]:
+        box = axes.get_position()
+        left, top = (box.x0 * width - tight.x0) / tight.width, (tight.y1 - box.y1 * height) / tight.height
+        shares = (left, top, box.width * width / tight.width, box.height * height / tight.height)
+        boxes.append([round(share, 4) for share in shares])
+    return boxes
 
 
 def plain_text(label: str) -> str:
@@ -211,68 +211,3 @@ def plain_text(label: str) -> str:
     for k in range(1, len(formulas), 2):
         formulas[k] = re.sub(r"[{}_^]", "", re.sub(r"\\([A-Za-z]+)\s*", letter, formulas[k]))
     return "".join(formulas)
-
-
-def _boxes(figure: Any, count: int) -> list[list[float]]:
-    """Where the first axes lie in the saved picture: left, top, width, height, as shares of the picture.
-
-    A notebook saves the figure cut to its content, with a margin.
-    """
-    tight = figure.get_tightbbox().padded(mpl.rcParams["savefig.pad_inches"])  # inches
-    width, height = figure.get_size_inches()
-    boxes = []
-    for axes in figure.axes[:count]:
-        box = axes.get_position()
-        left, top = (box.x0 * width - tight.x0) / tight.width, (tight.y1 - box.y1 * height) / tight.height
-        shares = (left, top, box.width * width / tight.width, box.height * height / tight.height)
-        boxes.append([round(share, 4) for share in shares])
-    return boxes
-
-
-def _layout(view: SurfaceView, frame: Frame) -> dict[str, Any]:
-    """Bare axes, and the camera of the still without perspective."""
-    eye = frame.axes @ view.view_direction[0]
-    eye /= np.linalg.norm(eye)
-    seen = frame.place(all_points(view)) / (2 * TOP)
-    height = seen @ np.cross([1.0, 0.0, 0.0], -eye)
-    wide, far = (float(row_norms(seen[:, :k]).max()) for k in (2, 3))  # a turn must not lead out of the picture
-    half = [wide, max(float(np.abs(height).max()), TURNED * far)]
-    zoom = 1 / (1.05 * max(half[1], half[0] / 1.4))  # fits a picture 1.4 times as wide as high
-    axis = {"visible": False, "range": [-TOP * 1.05, TOP * 1.05], "autorange": False}
-    return {
-        "margin": dict.fromkeys("ltrb", 0),
-        "paper_bgcolor": "white",
-        "showlegend": False,
-        "hovermode": False,
-        "meta": {"half": [round(extent, 4) for extent in half]},
-        "scene": {
-            "xaxis": axis,
-            "yaxis": axis,
-            "zaxis": axis,
-            "aspectmode": "manual",
-            "aspectratio": dict.fromkeys("xyz", round(zoom, 4)),
-            "dragmode": "turntable",
-            "camera": {
-                "eye": dict(zip("xyz", (4 * eye).round(5).tolist(), strict=True)),
-                "center": dict.fromkeys("xyz", 0),
-                "up": {"x": 0, "y": 0, "z": 1},
-                "projection": {"type": "orthographic"},
-            },
-        },
-    }
-
-
-def _color_bar(label: str) -> dict[str, Any]:
-    """A flat bar below the scene."""
-    place = {"orientation": "h", "x": 0.5, "y": 0, "yanchor": "bottom", "len": 0.5, "thickness": 10}
-    return place | {"title": {"text": plain_text(label), "side": "bottom"}, "outlinewidth": 0}
-
-
-def _packed(value: Any) -> Any:
-    """The value with arrays as Plotly.js unpacks them: their type, and their bytes in base64."""
-    if isinstance(value, np.ndarray):
-        little = value.astype(value.dtype.newbyteorder("<"))
-        return {"dtype": value.dtype.str[1:], "bdata": base64.b64encode(little.tobytes()).decode()}
-    if isinstance(value, dict):
-        return {key: _packed(item) for key, item in value.items()}
-    return [_packed(item) for item in value] if isinstance(value, list) else value

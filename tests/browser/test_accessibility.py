@@ -68,9 +68,9 @@ def test_the_way_through_a_figure_by_keys(visit):
         page.wait_for_function("document.activeElement.classList.contains('scene-view')")
         order = []
         for _ in range(5):
-            page.keyboard.press("Tab")
-            order.append(page.evaluate("document.activeElement.getAttribute('aria-label')"))
-        assert order[0].startswith("Picture of Fig.")
+            page.keyboard.press("Shift+Tab")
+            order.insert(0, page.evaluate("document.activeElement.getAttribute('aria-label')"))
+        assert order[0].startswith("Pictures of Fig.")
         assert order[1:] == ["Closer", "Farther", "As at first", "Back to the still picture"]
         assert severe(page) == []
         page.locator(".scene-view").first.press("Escape")

@@ -26,10 +26,10 @@ def test_a_page_loads_little_without_errors_and_asks_nobody(visit, name, over, c
 
 
 @pytest.mark.parametrize("over", ["http", "file"])
-def test_plotly_loads_on_request_only(visit, over):
+def test_the_viewer_loads_on_request_only(visit, over):
     with visit("book/index.html", over) as (page, watch):
-        assert page.evaluate("window.Plotly === undefined")
-        assert page.evaluate("spectralNotes.plotly().then((plotly) => plotly.version)")
+        assert page.evaluate("spectralNotes.Viewer === undefined")
+        assert page.evaluate("spectralNotes.viewer().then(() => spectralNotes.Viewer.name)") == "Viewer"
         assert watch.faults() == []
 
 

@@ -3,8 +3,9 @@
 const test = require("node:test");
 const assert = require("node:assert/strict");
 
+require("../../spectral_notes/plotting/static/arrays.js");
 require("../../spectral_notes/labs/static/numerics.js");
-const numerics = globalThis.spectralNotes.numerics;
+const { numerics, halfToFloat, decodeArray } = globalThis.spectralNotes;
 
 const close = (found, wanted, tolerance) => assert.ok(Math.abs(found - wanted) <= tolerance, `${found} is not ${wanted} to ${tolerance}`);
 const allClose = (found, wanted, tolerance) => {
@@ -35,19 +36,20 @@ const OCTAHEDRON = {
 
 test("half precision: one, a third, the largest, the smallest, signed zero, infinity, not a number", () => {
   const known = [[0x3c00, 1], [0xc000, -2], [0x3555, 0.333251953125], [0x7bff, 65504], [0x0001, 2 ** -24], [0x03ff, 1023 * 2 ** -24], [0x7c00, Infinity]];
-  for (const [bits, value] of known) assert.equal(numerics.halfToFloat(bits), value);
-  assert.ok(Object.is(numerics.halfToFloat(0x8000), -0));
-  assert.ok(Number.isNaN(numerics.halfToFloat(0x7e00)));
+  for (const [bits, value] of known) assert.equal(halfToFloat(bits), value);
+  assert.ok(Object.is(halfToFloat(0x8000), -0));
+  assert.ok(Number.isNaN(halfToFloat(0x7e00)));
 });
 
 test("an array that is cut short is refused", async () => {
   const whole = { type: "int8", shape: [3], data: "eJxjZGIGAAANAAc=" }; // 1, 2, 3
-  assert.deepEqual([...(await numerics.decodeArray(whole))], [1, 2, 3]);
-  await assert.rejects(numerics.decodeArray({ ...whole, shape: [4] }), /int8 array of 4: 3 bytes/);
+  assert.deepEqual([...(await decodeArray(whole))], [1, 2, 3]);
+  await assert.rejects(decodeArray({ ...whole, shape: [4] }), /int8 array of 4: 3 bytes/);
 });
 
 test("a basis in bytes is its steps times its bytes, behind the part in half precision", () => {
-  const joined = numerics.joinBasis(Float32Array.of(1, 2), Int8Array.of(127, -127, 1, 2), Float32Array.of(0.5, 0.25), 2);
+  const parts = { evecs: Float32Array.of(1, 2), evecs_in_bytes: Int8Array.of(127, -127, 1, 2), steps: Float32Array.of(0.5, 0.25), n: 2 };
+  const joined = numerics.joinBasis(parts);
   assert.deepEqual([...joined], [1, 2, 63.5, -63.5, 0.25, 0.5]);
 });
 
@@ -129,26 +131,6 @@ test("the adjusted Rand index: one for renamed parts, zero for one part, a value
   assert.equal(numerics.adjustedRand([0, 0, 1, 1], [0, 0, 0, 0]), 0);
   close(numerics.adjustedRand([0, 0, 1, 1], [0, 0, 1, 2]), 4 / 7, 1e-12); // (1 - 1/3) / (3/2 - 1/3)
   assert.equal(numerics.adjustedRand([0, 0], [0, 0]), 1);
-});
-
-test("nodal lines of z on an octahedron: the equator; every point is on an edge where f is zero", () => {
-  const f = OCTAHEDRON.coordinates[2].map((z) => z - 0.25);
-  const [x, y, z] = numerics.nodalLines(OCTAHEDRON.coordinates, OCTAHEDRON.faces, f);
-  assert.equal(x.filter((value) => value === null).length, 4);
-  const points = x.map((value, i) => [value, y[i], z[i]]).filter(([value]) => value !== null);
-  assert.equal(points.length, 8);
-  for (const [px, py, pz] of points) {
-    close(pz, 0.25, 1e-12);
-    close(Math.abs(px) + Math.abs(py), 0.75, 1e-12);
-  }
-});
-
-test("nodal domains of an octahedron: one for a constant, two for x, and what touches at zero stays apart", () => {
-  const [x, y] = OCTAHEDRON.coordinates;
-  const count = (f) => numerics.nodalDomains(OCTAHEDRON.faces, Float32Array.from(f));
-  assert.equal(count([1, 1, 1, 1, 1, 1]), 1);
-  assert.equal(count(x), 2);
-  assert.equal(count(x.map((value, i) => value ** 2 - y[i] ** 2)), 4);
 });
 
 test("colours: the ends, the middle, and in between", () => {

@@ -10,7 +10,7 @@ import sys
 import house
 import pytest
 
-HEAVY = {"pyvista", "vtkmodules", "matplotlib", "sklearn", "igl", "plotly", "scipy", "robust_laplacian", "DracoPy"}
+HEAVY = {"pyvista", "vtkmodules", "matplotlib", "sklearn", "igl", "scipy", "robust_laplacian", "DracoPy"}
 
 
 def loaded_by(statement: str) -> set[str]:

@@ -13,8 +13,9 @@
   }
 
   async function start(lab, [file], load) {
-    const { n, poses, counts, faces, vertices, labels, name, eye, up } = await load(file);
-    const shapes = poses.map((_, pose) => [0, 1, 2].map((d) => vertices.subarray((3 * pose + d) * n, (3 * pose + d + 1) * n)));
+    const { n, poses, counts, faces, vertices, labels, mass, name, eye, up } = await load(file);
+    const shapes = poses.map((_, pose) => vertices.subarray(3 * pose * n, 3 * (pose + 1) * n));
+    const total = numerics.integral(mass, new Float32Array(n).fill(1));
     const names = poses.map((pose) => pose.replaceAll("_", " "));
     const labelsOf = (pose, count) => {
       const at = (pose * counts.length + counts.indexOf(count)) * n;
@@ -28,15 +29,15 @@
       update();
     });
     const parts = lab.number("Parts");
-    const agreement = lab.number(`Agreement with ${names[0]} (adjusted Rand index)`);
-    const smallest = lab.number("Smallest part, % of the vertices");
-    const scene = new notes.Scene(lab, `The ${name}, one colour for each part`, [{ coordinates: shapes[0], faces, room: shapes }], { eye, up });
+    const agreement = lab.number(`Agreement with ${names[0]} (adjusted Rand index, by vertices)`);
+    const smallest = lab.number("Smallest part, % of the area");
+    const scene = new notes.Scene(lab, `The ${name}, one colour for each part`, [{ vertices: shapes[0], faces, room: shapes, onFaces: true }], { eye, up });
 
     const update = lab.steps(
       () => {
         const found = labelsOf(pose.selectedIndex, +number.value);
         const sizes = {};
-        for (const label of found) sizes[label] = (sizes[label] ?? 0) + 1;
+        found.forEach((label, i) => (sizes[label] = (sizes[label] ?? 0) + mass[i]));
         return {
           values: labelsOfFaces(faces, found),
           sizes: Object.values(sizes),
@@ -46,9 +47,8 @@
       ({ values, sizes, rand }) => {
         parts(sizes.length);
         agreement(rand.toFixed(3));
-        smallest(((100 * Math.min(...sizes)) / n).toFixed(1));
-        const coordinates = shapes[pose.selectedIndex];
-        return scene.paint({ surfaces: [{ coordinates, values, colors: numerics.labelScale(), limits: [0, 12], onFaces: true }] });
+        smallest(((100 * Math.min(...sizes)) / total).toFixed(1));
+        scene.paint([{ vertices: shapes[pose.selectedIndex], values, colors: numerics.labelScale(), limits: [0, 12] }]);
       },
     );
     update();

@@ -24,11 +24,11 @@
 
     async function surface(file) {
       const data = await load(file);
-      const coordinates = [0, 1, 2].map((d) => data.vertices.subarray(d * data.n, (d + 1) * data.n));
-      return { ...data, coordinates };
+      return { ...data, evecs: numerics.joinBasis(data) };
     }
 
     function open() {
+      scene?.viewer.free();
       lab.stage.replaceChildren();
       scene = new notes.Scene(lab, `The ${shape.name}, coloured by one mode`, [shape], shape);
       const top = 500 * Math.ceil(Math.max(shape.evals[shape.k - 1], 4 * Math.PI * shape.k) / 500);
@@ -46,18 +46,17 @@
         const k = +mode.value;
         const f = shape.evecs.subarray(k * shape.n, (k + 1) * shape.n);
         const top = f.reduce((most, value) => Math.max(most, Math.abs(value)), 0);
-        const lines = numerics.nodalLines(shape.coordinates, shape.faces, f);
-        return { k, f, top, lines, pieces: numerics.nodalDomains(shape.faces, f) };
+        return { k, f, top };
       },
-      ({ k, f, top, lines, pieces }) => {
+      ({ k, f, top }) => {
         const value = Math.max(shape.evals[k], 0);
         eigenvalue(value.toFixed(1));
         weyl((4 * Math.PI * k).toFixed(1));
         wavelength(k ? ((2 * Math.PI) / Math.sqrt(value)).toFixed(2) : "∞");
-        domains(`${pieces} (Courant allows ${k + 1})`);
+        domains(`${shape.domains[k]} (Courant allows ${k + 1})`);
         chart.dot(k, value);
         const colors = numerics.colorScale(numerics.SIGNED);
-        return scene.paint({ surfaces: [{ values: f, colors, limits: [-top, top] }], lines });
+        scene.paint([{ values: f, colors, limits: [-top, top], nodal: true }]);
       },
     );
     open();

@@ -45,6 +45,7 @@
       root.setAttribute("tabindex", 0);
       root.setAttribute("role", "application");
     }
+    lab.hint("Draw on the signal with the pointer, or press the arrow keys on it. Drag a bar up or down; M mutes it.");
     const bars = Array.from({ length: N / 2 + 1 }, () => spectrum.root.appendChild(svg("rect", { width: 3.6 })));
 
     function take(values) {
@@ -97,6 +98,7 @@
       const { a, b } = coefficients;
       const size = Math.hypot(a[chosen], b[chosen]);
       [a[chosen], b[chosen]] = size > 1e-9 ? [(a[chosen] * value) / size, (b[chosen] * value) / size] : [value, 0];
+      f = numerics.inverseFourier(coefficients, N); // the signal is what its waves say
       strength.set(value);
       update();
     }
@@ -188,7 +190,7 @@
     prompts: [
       [
         "Take the square wave and keep fewer and fewer of its waves.",
-        "The flanks lean, and beside each jump the sum overshoots by about the same height however many you keep.",
+        "The flanks lean, and beside each jump the sum overshoots, by about a tenth of the jump from few waves. The place moves to the jump; the height hardly falls until nearly all of the 32 waves of this square are kept.",
       ],
       [
         "Draw a signal of your own. Then change one bar and see what moves.",
@@ -196,7 +198,7 @@
       ],
       [
         "Listen to two waves, mute one, then compare the square wave with the triangle at the same amplitude.",
-        "The pitch is the lowest common frequency; the colour of the tone is in the bars. The square's bars fall more slowly, so it sounds sharper.",
+        "The pitch is the greatest common divisor of the frequencies; the colour of the tone is in the bars. The square's bars fall more slowly, so it sounds sharper.",
       ],
     ],
     start,

@@ -1,6 +1,6 @@
 "use strict";
 // The frame of every lab: <spectral-lab name="heat" data="heat">a still picture</spectral-lab>.
-// The still picture stays until the reader starts the lab; only then are its script, its data and Plotly.js loaded.
+// The still picture stays until the reader starts the lab; only then are its script and its data loaded.
 (() => {
   const notes = (globalThis.spectralNotes ??= {});
   const recipes = new Map(); // name -> { title, prompts, spatial, start }
@@ -11,12 +11,6 @@
   notes.defineLab = (name, recipe) => recipes.set(name, recipe);
 
   const reducedMotion = () => matchMedia("(prefers-reduced-motion: reduce)").matches;
-  function drawsInSpace() {
-    const context = document.createElement("canvas").getContext("webgl");
-    context?.getExtension("WEBGL_lose_context")?.loseContext();
-    return !!context;
-  }
-
   function element(tag, attributes = {}, ...children) {
     const made = document.createElement(tag);
     for (const [name, value] of Object.entries(attributes)) made.setAttribute(name, value);
@@ -45,6 +39,12 @@
       const start = element("button", { type: "button", class: "lab-start" }, "Start the lab");
       start.addEventListener("click", () => this.start());
       this.replaceChildren(...this.still, start);
+      if (this.hasAttribute("started")) this.removeAttribute("started") ?? this.start(); // a page that is a lab and nothing else
+    }
+
+    /** The graphics card gave the scene up: go back to the picture. */
+    lost() {
+      if (live.includes(this)) this.stop();
     }
 
     async start() {
@@ -53,14 +53,14 @@
       button.textContent = "Loading …";
       try {
         const name = this.getAttribute("name");
-        for (const file of ["numerics", "drawing", name]) await notes.script(`labs/${file}.js`); // each needs the last
+        for (const file of ["viewer/arrays", "viewer/viewer", "labs/numerics", "labs/drawing", `labs/${name}`]) {
+          await notes.script(`${file}.js`); // each needs the last
+        }
         const recipe = recipes.get(name);
-        if (recipe.spatial && !drawsInSpace()) throw new Error("this browser draws nothing in space (WebGL is off)");
-        if (recipe.spatial) await notes.plotly();
         const files = (this.getAttribute("data") ?? "").split(" ").filter(Boolean);
         const load = async (file) => {
           const { facts, arrays } = await notes.data(`labs/data/${file}`);
-          return { ...facts, ...(await notes.numerics.decodeAll(arrays)) };
+          return { ...facts, ...(await notes.decodeAll(arrays)) };
         };
         this.stopping = [];
         this.build(recipe);
@@ -139,6 +139,11 @@
       made.addEventListener("click", () => pressed(made));
       this.controls.append(made);
       return made;
+    }
+
+    /** Say how to use what stands on the stage. */
+    hint(text) {
+      this.stage.after(element("p", { class: "lab-hint" }, text));
     }
 
     /** Add a number with its name; returns the function that changes it. */

@@ -12,14 +12,13 @@
       const n = data[`n_${which}`];
       const vertices = data[`vertices_${which}`];
       return {
-        n, evecs: data[`evecs_${which}`], faces: data[`faces_${which}`],
+        n, vertices, name: data[`name_${which}`].replaceAll("_", " "), evecs: data[`evecs_${which}`], faces: data[`faces_${which}`],
         coordinates: [0, 1, 2].map((d) => vertices.slice(d * n, (d + 1) * n)),
       };
     };
     const [one, two] = [side(1), side(2)];
     const span = (x) => Math.max(...x) - Math.min(...x);
     const size = Math.hypot(...one.coordinates.map(span));
-    two.coordinates = notes.beside(one.coordinates, two.coordinates, data.eye_1, data.up_1);
     let C = Float32Array.from(data.C_12);
     let cell = [1, 1];
     let point = 0;
@@ -51,6 +50,7 @@
       "aria-label": "The matrix C. Arrow keys choose an entry, plus and minus change it, 0 clears it.",
     });
     lab.stage.append(matrix);
+    lab.hint("Click a point of the left shape; click an entry of the matrix, then change it with its slider.");
 
     const image = (vertex, k, halves) => {
       const c = numerics.mapCoefficients(C, all, numerics.row(one.evecs, one.n, k, vertex), k);
@@ -93,8 +93,10 @@
           const top = values.reduce((most, value) => Math.max(most, Math.abs(value)), 1e-9);
           return { values, colors, limits: [-top, top] };
         });
-        const dots = one.coordinates.map((x, d) => [x[point], two.coordinates[d][vertex]]);
-        return scene.paint({ surfaces: painted, dots });
+        painted.forEach((changes, which) => {
+          changes.points = Float32Array.from([one, two][which].coordinates, (x) => x[[point, vertex][which]]);
+        });
+        scene.paint(painted);
       },
     );
 

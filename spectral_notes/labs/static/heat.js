@@ -8,7 +8,8 @@
 
   async function start(lab, [file], load) {
     const shape = await load(file);
-    const { n, k, evals, evecs, mass } = shape;
+    const { n, k, evals, mass } = shape;
+    const evecs = numerics.joinBasis(shape);
     const coordinates = [0, 1, 2].map((d) => shape.vertices.subarray(d * n, (d + 1) * n));
     const shortest = 6 / evals[k - 1]; // heat that old has no modes beyond the last
     const longest = { Heat: 1 / evals[1], Wave: 20 / Math.sqrt(evals[1]), Schrödinger: 2 / evals[1] };
@@ -28,7 +29,7 @@
     const conserved = lab.number("Kept for ever");
     const highest = lab.number("Highest value");
     const lowest = lab.number("Lowest value");
-    const scene = new notes.Scene(lab, `Heat or waves on the ${shape.name}; click to drop some`, [{ coordinates, faces: shape.faces }], shape);
+    const scene = new notes.Scene(lab, `Heat or waves on the ${shape.name}; click to drop some`, [shape], shape);
 
     /** The coefficients at time zero: point sources, smoothed to what the modes can hold. */
     function beginning() {
@@ -66,8 +67,8 @@
         const signed = name() === "Wave";
         const colors = numerics.colorScale(signed ? numerics.SIGNED : numerics.POSITIVE);
         const top = Math.max(high, -low, 1e-9);
-        const dots = coordinates.map((x) => drops.map((vertex) => x[vertex]));
-        return scene.paint({ surfaces: [{ values: f, colors, limits: [signed ? -top : 0, top] }], dots });
+        const points = Float32Array.from(coordinates.flatMap((x) => drops.map((vertex) => x[vertex])));
+        scene.paint([{ values: f, colors, limits: [signed ? -top : 0, top], nodal: false, points }]);
       },
     );
 
@@ -82,6 +83,7 @@
       drop(numerics.farthest(coordinates, place.selectedIndex));
     }
 
+    lab.hint("Click the shape to drop more; drag it to turn it.");
     clear();
     scene.onClick((_, vertex) => drop(vertex));
   }

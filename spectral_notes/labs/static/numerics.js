@@ -4,50 +4,11 @@
 (() => {
   const notes = (globalThis.spectralNotes ??= {});
 
-  // --- data written by spectral_notes.lab_data ---------------------------------------------------------------------
-
-  function halfToFloat(bits) {
-    const sign = bits & 0x8000 ? -1 : 1;
-    const exponent = (bits >> 10) & 31;
-    const fraction = bits & 1023;
-    if (exponent === 31) return fraction ? NaN : sign * Infinity;
-    return exponent ? sign * (1 + fraction / 1024) * 2 ** (exponent - 15) : sign * fraction * 2 ** -24;
-  }
-
-  const READERS = {
-    float16: [2, (view, at, table) => table[view.getUint16(at, true)], Float32Array],
-    float32: [4, (view, at) => view.getFloat32(at, true), Float32Array],
-    uint16: [2, (view, at) => view.getUint16(at, true), Uint16Array],
-    int8: [1, (view, at) => view.getInt8(at), Int8Array],
-  };
-  let halves = null;
-
-  // An array is { type, shape, data }: data is base64 of the deflated bytes, all first bytes before all second ones.
-  async function decodeArray({ type, shape, data }) {
-    const [width, read, Kind] = READERS[type];
-    const packed = Uint8Array.from(atob(data), (letter) => letter.charCodeAt(0));
-    const stream = new Blob([packed]).stream().pipeThrough(new DecompressionStream("deflate"));
-    const planes = new Uint8Array(await new Response(stream).arrayBuffer());
-    const size = shape.reduce((product, length) => product * length, 1);
-    if (planes.length !== size * width) throw new Error(`${type} array of ${shape}: ${planes.length} bytes`);
-    halves ??= Float32Array.from({ length: 65536 }, (_, bits) => halfToFloat(bits));
-    const element = new DataView(new ArrayBuffer(width));
-    const values = new Kind(size);
-    for (let i = 0; i < size; i++) {
-      for (let b = 0; b < width; b++) element.setUint8(b, planes[b * size + i]);
-      values[i] = read(element, 0, halves);
-    }
-    return values;
-  }
-
-  async function decodeAll(arrays) {
-    const names = Object.keys(arrays);
-    const values = await Promise.all(names.map((name) => decodeArray(arrays[name])));
-    return Object.fromEntries(names.map((name, i) => [name, values[i]]));
-  }
+  // --- data written by spectral_notes.labs --------------------------------------------------------------------------
 
   // A basis of many modes: the first in half precision, the rest in bytes, each mode with a step of its own.
-  function joinBasis(head, tail, steps, n) {
+  function joinBasis({ evecs: head, evecs_in_bytes: tail, steps, n }) {
+    if (!tail) return head;
     const evecs = new Float32Array(head.length + tail.length);
     evecs.set(head);
     for (let i = 0; i < tail.length; i++) evecs[head.length + i] = tail[i] * steps[Math.floor(i / n)];
@@ -203,43 +164,6 @@
     return coordinates[axis].reduce((best, value, i, x) => (sign * value > sign * x[best] ? i : best), 0);
   }
 
-  // --- where a function is zero ------------------------------------------------------------------------------------
-
-  // Segments of the zero set of f, as three coordinate lists with a null after each segment.
-  function nodalLines(coordinates, faces, f) {
-    const lines = coordinates.map(() => []);
-    for (let t = 0; t < faces.length; t += 3) {
-      const crossed = [[0, 1], [1, 2], [2, 0]]
-        .map(([p, q]) => [faces[t + p], faces[t + q]])
-        .filter(([i, j]) => f[i] < 0 !== f[j] < 0);
-      if (!crossed.length) continue;
-      for (const [i, j] of crossed) {
-        const s = f[i] / (f[i] - f[j]);
-        coordinates.forEach((x, d) => lines[d].push(x[i] + s * (x[j] - x[i])));
-      }
-      lines.forEach((line) => line.push(null));
-    }
-    return lines;
-  }
-
-  // Into how many pieces of one sign a function cuts a surface; values up to 1e-3 of the largest count as zero.
-  function nodalDomains(faces, f) {
-    const parent = Uint32Array.from(f, (_, i) => i);
-    const top = (i) => {
-      while (parent[i] !== i) i = parent[i] = parent[parent[i]];
-      return i;
-    };
-    const small = 1e-3 * f.reduce((most, value) => Math.max(most, Math.abs(value)), 0);
-    const sign = Int8Array.from(f, (value) => (Math.abs(value) <= small ? 0 : Math.sign(value)));
-    for (let t = 0; t < faces.length; t += 3) {
-      for (let p = 0; p < 3; p++) {
-        const [i, j] = [faces[t + p], faces[t + ((p + 1) % 3)]];
-        if (sign[i] * sign[j] > 0) parent[top(i)] = top(j);
-      }
-    }
-    return parent.reduce((count, up, i) => count + (up === i && sign[i] !== 0), 0);
-  }
-
   // --- colours -----------------------------------------------------------------------------------------------------
 
   // Stops of matplotlib's RdBu_r and viridis, and the label colours of the book's stills.
@@ -259,9 +183,9 @@
   }
 
   notes.numerics = {
-    halfToFloat, decodeArray, decodeAll, joinBasis, synthesize, row, integral, rmsDistance, truncationErrors,
+    joinBasis, synthesize, row, integral, rmsDistance, truncationErrors,
     heatAt, waveAt, waveSpeedAt, waveEnergy, fourier, inverseFourier, amplitudes, largest,
-    halfSquares, nearestRow, mapCoefficients, adjustedRand, nodalLines, nodalDomains, colorScale, labelScale, colorAt,
+    halfSquares, nearestRow, mapCoefficients, adjustedRand, colorScale, labelScale, colorAt,
     farthest, PLACES, SIGNED, POSITIVE,
   };
 })();

@@ -33,7 +33,7 @@
     const parts = (array, length) => [0, 1, 2].map((d) => array.subarray(d * length, (d + 1) * length));
     const coordinates = parts(shape.vertices, n);
     const coefficients = parts(shape.coefficients, all);
-    const evecs = shape.evecs_in_bytes ? numerics.joinBasis(shape.evecs, shape.evecs_in_bytes, shape.steps, n) : shape.evecs;
+    const evecs = numerics.joinBasis(shape);
     const band = bandSums(evecs, coefficients, n);
     const area = numerics.integral(mass, new Float32Array(n).fill(1));
     const span = (x) => Math.max(...x) - Math.min(...x);
@@ -52,7 +52,7 @@
     });
     const error = lab.number("RMS error, % of the diagonal");
     const numbers = lab.number("Numbers kept");
-    const scene = new notes.Scene(lab, `The ${shape.name} from its first modes`, [{ coordinates, faces: shape.faces }], shape);
+    const scene = new notes.Scene(lab, `The ${shape.name} from its first modes`, [shape], shape);
     const chart = new notes.Chart(lab, "Error against the number of modes, both on logarithmic axes", {
       x: { name: "modes k", range: [1, all], log: true },
       y: { name: "RMS error", range: [Math.min(...errors.slice(1)) / 1.3, Math.max(...errors.slice(1)) * 1.3], log: true, unit: " %" },
@@ -69,7 +69,7 @@
         error(percent(distance).toFixed(3));
         numbers(`${3 * (to - from)} of ${3 * n}`);
         chart.dot(to, percent(distance));
-        return scene.paint({ surfaces: [{ coordinates: positions }] });
+        scene.paint([{ vertices: Float32Array.from({ length: 3 * n }, (_, i) => positions[Math.floor(i / n)][i % n]) }]);
       },
     );
     update();
