@@ -92,12 +92,12 @@ def _fits(have: tuple[int, ...], want: Sequence[int | str]) -> bool:
 
 
 def _about_shape(what: str, have: tuple[int, ...], want: Sequence[int | str]) -> tuple[str, str]:
-    """The law about a shape, and what is wrong with the one that came."""
+    """What is wrong with the shape that came, and the law about it."""
     wanted = "(" + ", ".join(map(str, want)) + ("," if len(want) == 1 else "") + ")"
     message = f"The shape {have} came."
     if len(have) == 2 and len(want) == 2 and _fits(have[::-1], want):
         message += " Is it transposed?"
-    return f"{what} has shape {wanted}", message
+    return message, f"{what} has shape {wanted}"
 
 
 def _short(error: BaseException) -> str:

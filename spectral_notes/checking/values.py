@@ -13,6 +13,8 @@ from sklearn.metrics import adjusted_rand_score
 from spectral_notes.checking.answers import call, place_of, read_array, slip
 from spectral_notes.checking.verdicts import Stop, Verdict, demand, judged, right, unseal, wrong
 
+TRUTH = {"1": "true", "1.0": "true", "yes": "true", "0": "false", "0.0": "false", "no": "false"}
+
 
 @judged
 def check_number(
@@ -20,6 +22,7 @@ def check_number(
     expected: float | str,
     *,
     within: float | None = None,
+    modulo: float | None = None,
     law: str = "",
     slips: dict[float, str] | None = None,
 ) -> Verdict:
@@ -30,6 +33,7 @@ def check_number(
     answer : what the student passes; a scalar, or an array with one entry
     expected : float or str, the right number, or `seal` of it
     within : how far off it may be, in its own unit; a thousandth of its size if not given
+    modulo : numbers that differ by a multiple of it are the same, as phases by a full turn
     law : the law that gives the number, named when it is wrong
     slips : dict, wrong numbers that have a known cause, with the sentence that names it
 
@@ -47,10 +51,15 @@ def check_number(
     tolerance = within if within is not None else (1e-3 * abs(value) or 1e-9)
     given = float(read_array(answer, "the answer", ()))
     law = law or "the number follows from the definition"
-    if abs(given - value) <= tolerance:
+
+    def apart(number: float) -> float:
+        gap = abs(given - number)
+        return gap if modulo is None else abs(gap - modulo * round(gap / modulo))
+
+    if apart(value) <= tolerance:
         return right("The number is right.", law)
     for number, words in (slips or {}).items():
-        demand(not abs(given - number) <= tolerance, f"Your number is {given:.4g}. {words}", law)
+        demand(not apart(number) <= tolerance, f"Your number is {given:.4g}. {words}", law)
     return wrong(f"Your number is {given:.4g}.{slip(given, value)}", law)
 
 
@@ -117,7 +126,7 @@ def check_values(
 @judged
 def check_function(
     answer: object,
-    reference: Callable[..., Any],
+    reference: Callable[..., Any] | str,
     inputs: Iterable[Sequence[Any]],
     *,
     within: float = 1e-5,
@@ -128,7 +137,7 @@ def check_function(
     Parameters
     ----------
     answer : the student's function; it is called with copies of the inputs
-    reference : a function that is right
+    reference : a function that is right, or `seal` of the list of what one returns for the inputs
     inputs : iterable of tuples, the arguments of each call
     within : how far off a value may be, as a fraction of the largest one
     law : the law that the function obeys
@@ -147,9 +156,10 @@ def check_function(
     if not callable(answer):
         return wrong(f"A {type(answer).__name__} came. Pass the function itself, uncalled.", "the answer is a function")
     tests = list(inputs)
-    for number, arguments in enumerate(tests, start=1):
+    wanted = unseal(reference) if isinstance(reference, str) else [reference(*arguments) for arguments in tests]
+    for number, (arguments, value) in enumerate(zip(tests, wanted, strict=True), start=1):
         returned = call(answer, *copy.deepcopy(tuple(arguments)))
-        verdict = check_values(returned, reference(*arguments), within=within, law=law)
+        verdict = check_values(returned, value, within=within, law=law)
         if not verdict:
             message = verdict.message[0].lower() + verdict.message[1:]
             raise Stop(Verdict(verdict.status, f"For test input {number} of {len(tests)}, {message}", verdict.law))
@@ -214,7 +224,10 @@ def check_choice(answer: object, expected: object, *, law: str = "", slips: dict
     >>> bool(check_choice({"Sphere", "egg "}, ["egg", "sphere"]))
     True
     """
-    value, given = _words(unseal(expected)), _words(answer)
+    wanted = unseal(expected)
+    value, given = _words(wanted), _words(answer)
+    if isinstance(wanted, bool | np.bool_):
+        given = frozenset(TRUTH.get(word, word) for word in given)
     law = law or "the choice follows from the numbers"
     if given == value:
         return right("That is the right choice.", law)
@@ -225,9 +238,9 @@ def check_choice(answer: object, expected: object, *, law: str = "", slips: dict
 
 
 def _words(choice: object) -> frozenset[str]:
-    """A choice as a set of words in lower case."""
+    """A choice as a set of words in lower case, without blanks."""
     several = choice if isinstance(choice, list | tuple | set | frozenset | np.ndarray) else [choice]
     try:
-        return frozenset(" ".join(str(word).lower().split()) for word in several)
+        return frozenset("".join(str(word).lower().split()) for word in several)
     except Exception:
         return frozenset()

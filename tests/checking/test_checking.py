@@ -88,6 +88,12 @@ def raises(*_: object) -> float:
 GPS = B.evals[1:4] ** -0.5
 
 RIGHT: list[tuple[str, Callable[[], ck.Verdict]]] = [
+    ("number: a phase and a turn", lambda: ck.check_number(0.5 - 2 * np.pi, 0.5, modulo=2 * np.pi)),
+    ("choice: yes for True", lambda: ck.check_choice("yes", True)),
+    ("choice: 0 for False", lambda: ck.check_choice(0, ck.seal(False))),
+    ("choice: a formula without blanks", lambda: ck.check_choice(["a^2+b^2", "|F|"], ["|F|", "a^2 + b^2"])),
+    ("function: against sealed values", lambda: ck.check_function(lambda x: x * x, ck.seal([4, 9]), [(2,), (3,)])),
+    ("values: the image is known", lambda: ck.check_values([3, 0, 5], [3, 0], through=[[1, 0, 0], [0, 1, 0]])),
     ("number: fraction", lambda: ck.check_number(fractions.Fraction(1, 3), 1 / 3)),
     ("number: decimal", lambda: ck.check_number(decimal.Decimal("2.0"), 2.0)),
     ("number: array of one", lambda: ck.check_number(np.array([[2.0]]), 2)),
@@ -215,6 +221,12 @@ def swapped() -> np.ndarray:
 
 
 WRONG: list[Case] = [
+    ("number: half a turn off", lambda: ck.check_number(0.5 + np.pi, 0.5, modulo=2 * np.pi), "Your number is"),
+    ("number: infinity is no phase", lambda: ck.check_number(np.inf, 0.5, modulo=2 * np.pi), "finite"),
+    ("choice: 1 for a word", lambda: ck.check_choice(1, "true north"), "not what the numbers say"),
+    ("choice: no for True", lambda: ck.check_choice("no", True), "not what the numbers say"),
+    ("function: misses sealed values", lambda: ck.check_function(lambda x: x, ck.seal([4, 9]), [(2,), (3,)]), "test input 1"),
+    ("values: the image is another", lambda: ck.check_values([3, 1, 5], [3, 0], through=[[1, 0, 0], [0, 1, 0]]), "What the matrix makes"),
     ("number: sign", lambda: ck.check_number(-2, 2, law="order 2"), "order 2"),
     ("number: factor", lambda: ck.check_number(4 * np.pi, 2.0), "a factor of 2 pi"),
     ("number: degrees", lambda: ck.check_number(180.0, np.pi), "degrees"),
@@ -350,6 +362,11 @@ def test_the_banks_are_as_large_as_promised_and_cover_every_check() -> None:
     for bank in (RIGHT, WRONG):
         covered = {case[0].split(":")[0].replace(" ", "_") for case in bank}
         assert covered == {name.removesuffix("_matrix") for name in checks}
+
+
+def test_a_wrong_shape_is_the_message_and_the_wanted_one_the_law() -> None:
+    verdict = ck.check_values([1.0, 2.0], [1.0, 2.0, 3.0])
+    assert (verdict.message, verdict.law) == ("The shape (2,) came.", "the answer has shape (3,)")
 
 
 # --- placeholders and strange things --------------------------------------------------------------------------------
