@@ -11,6 +11,7 @@ from sklearn.cluster import KMeans
 from threadpoolctl import threadpool_limits  # type: ignore[import-untyped]
 
 from spectral_notes._checks import FloatArray, IntArray, as_choice, as_count, as_floats, as_indices, as_symmetric
+from spectral_notes._points import farthest_points
 from spectral_notes.descriptors import first_nonzero, global_point_signature
 from spectral_notes.eigenbasis import Eigenbasis
 
@@ -160,16 +161,12 @@ def seed_rows(
     n_clusters = as_count("n_clusters", n_clusters, 1, len(rows))
     if seeding == "qr":
         return _pivots(rows, n_clusters)
-    seeds = [int(np.argmax(_squared_distances(rows, mass @ rows / mass.sum())))]
-    gaps = _squared_distances(rows, rows[seeds[0]])
-    while len(seeds) < n_clusters:
-        seeds.append(int(np.argmax(gaps)))
-        if gaps[seeds[-1]] == 0.0:
-            raise ValueError(
-                f"n_clusters must be at most {len(seeds) - 1}, the number of different rows; got {n_clusters}"
-            )
-        gaps = np.minimum(gaps, _squared_distances(rows, rows[seeds[-1]]))
-    return np.array(seeds, dtype=np.int64)
+    from_center = ((rows - mass @ rows / mass.sum()) ** 2).sum(axis=1)
+    seeds = farthest_points(rows, n_clusters, first=int(from_center.argmax()))
+    different = len(np.unique(rows[seeds], axis=0))
+    if different < n_clusters:
+        raise ValueError(f"n_clusters must be at most {different}, the number of different rows; got {n_clusters}")
+    return seeds
 
 
 def eigengaps(basis: Eigenbasis) -> FloatArray:
@@ -297,11 +294,6 @@ def _rows_and_mass(rows: ArrayLike, mass: ArrayLike | None) -> tuple[FloatArray,
         place = int(np.argmin(mass))
         raise ValueError(f"mass must be positive; found {mass[place]:g} at {place}")
     return rows, mass
-
-
-def _squared_distances(rows: FloatArray, point: FloatArray) -> FloatArray:
-    """|row - point|^2 of each row."""
-    return np.asarray(((rows - point) ** 2).sum(axis=1))
 
 
 def _pivots(rows: FloatArray, n_clusters: int) -> IntArray:

@@ -14,12 +14,14 @@ import numpy as np
 import robust_laplacian
 import scipy.sparse as sp
 
-from spectral_notes._checks import FloatArray, as_choice, as_count, as_instance, as_number, as_symmetric
+from spectral_notes._checks import FloatArray, IntArray, as_choice, as_count, as_instance, as_number, as_symmetric
+from spectral_notes._points import star_triangles
 from spectral_notes.meshes import FLAT, PointCloud, TriangleMesh, as_mesh, row_norms
 
 Pair = tuple[sp.csr_array, sp.csr_array]
 
 MASSES = ("lumped", "voronoi", "full")
+COPY = 10.0  # weight between copies of a point of a cloud; an edge of even triangles has 0.6
 
 
 def interval_laplacian(n: int, length: float = 1.0, *, ends: str = "neumann") -> Pair:
@@ -254,12 +256,16 @@ def robust_mesh_laplacian(mesh: TriangleMesh) -> Pair:
 def robust_cloud_laplacian(cloud: PointCloud, *, n_neighbors: int = 30) -> Pair:
     """Return the positive semidefinite robust Laplacian of a point cloud, from triangles of each point's neighbours.
 
+    It is the mean of three `robust_mesh_laplacian`: of the triangles that lie in the star of at least one, two and all
+    three of their corners. Off-diagonal entries are never positive. Copies of a point share its mass, joined by edges.
+
     Parameters
     ----------
     cloud : PointCloud
-        Points on a surface.
+        Points on a surface; in any unit, wherever they lie.
     n_neighbors : int
-        Neighbours that each local triangulation uses, 3 .. n_points - 1.
+        Neighbours that give each point its tangent plane and its star, 3 .. n_points - 1; where farther ones could
+        belong to the star, twice as many are asked.
 
     Returns
     -------
@@ -269,28 +275,67 @@ def robust_cloud_laplacian(cloud: PointCloud, *, n_neighbors: int = 30) -> Pair:
     Raises
     ------
     TypeError, ValueError
-        If it is no cloud, the number of neighbours is out of range, or the points coincide or lie on a line.
+        If it is no cloud, the number of neighbours is out of range, or the neighbours of a point coincide or lie on a
+        line.
 
     Examples
     --------
     >>> points = np.random.default_rng(0).standard_normal((400, 3))
     >>> sphere = PointCloud(points / np.linalg.norm(points, axis=1)[:, None])
     >>> L, M = robust_cloud_laplacian(sphere)
-    >>> round(float(M.diagonal().sum() / (4 * np.pi)), 1)  # the area, near that of the sphere
-    1.0
+    >>> round(float(M.sum() / (4 * np.pi)), 2)  # the area, near that of the sphere
+    0.99
 
     References
     ----------
-    Sharp and Crane, "A Laplacian for Nonmanifold Triangle Meshes" (2020), section 5.7.
+    Sharp and Crane, "A Laplacian for Nonmanifold Triangle Meshes" (2020), section 5.7, whose stars these are.
     """
     cloud = as_instance("cloud", cloud, PointCloud, "PointCloud(points) makes one; for a mesh, robust_mesh_laplacian")
     n_neighbors = as_count("n_neighbors", n_neighbors, 3, cloud.n_points - 1)
-    try:
-        L, M = robust_laplacian.point_cloud_laplacian(cloud.points, n_neighbors=n_neighbors)
-    except RuntimeError as error:
-        reason = "its points coincide, or lie on a line" if "unreferenced vertex" in str(error) else error
-        raise ValueError(f"cloud must lie on a surface; no triangles were found: {reason}") from error
-    return sp.csr_array(L), sp.csr_array(M)
+    _, first, copy_of = np.unique(cloud.points + 0.0, axis=0, return_index=True, return_inverse=True)
+    if len(first) < 3:
+        raise ValueError(f"cloud must lie on a surface; it holds {len(first)} different points, and three make one")
+    size = float(np.ptp(cloud.points, axis=0).max())
+    points = (cloud.points[first] - cloud.points[first].mean(axis=0)) / size
+    own = np.random.default_rng(0).random(cloud.n_points)[first]
+    faces, seen = star_triangles(points, own, min(n_neighbors, len(first) - 1))
+    lone = np.flatnonzero(np.bincount(faces.ravel(), minlength=len(first)) == 0)
+    if len(lone):
+        raise ValueError(
+            f"cloud must lie on a surface; no triangle was found at {len(lone)} points, the first is point "
+            f"{first[lone].min()}: their neighbours lie on a line. A larger n_neighbors reaches others"
+        )
+    L = M = sp.csr_array((len(first), len(first)))
+    for least in (1, 2, 3):
+        L_here, M_here = _layer(points, faces[seen >= least])
+        L, M = L + L_here / 3.0, M + M_here / 3.0
+    M = M * size * size
+    if not 0.0 < M.diagonal().min() <= M.diagonal().max() < np.inf:
+        raise ValueError(f"cloud must have areas that numbers can hold; its largest side is {size:g}: change its unit")
+    return _with_copies(L, M, first, copy_of.ravel())
+
+
+def _layer(points: FloatArray, faces: IntArray) -> Pair:
+    """L and M of some triangles, with empty rows at points that have none."""
+    n = len(points)
+    if not len(faces):
+        return sp.csr_array((n, n)), sp.csr_array((n, n))
+    used, corners = np.unique(faces, return_inverse=True)
+    into = sp.csr_array((np.ones(len(used)), (used, np.arange(len(used)))), (n, len(used)))
+    L, M = robust_laplacian.mesh_laplacian(points[used], corners.reshape(-1, 3))
+    return sp.csr_array(into @ L @ into.T), sp.csr_array(into @ M @ into.T)
+
+
+def _with_copies(L: sp.csr_array, M: sp.csr_array, first: IntArray, copy_of: IntArray) -> Pair:
+    """L and M of the different points, given to the first of their copies, and the copies joined to it."""
+    n = len(copy_of)
+    into = sp.csr_array((np.ones(len(first)), (first, np.arange(len(first)))), (n, len(first)))
+    mass = (M.diagonal() / np.bincount(copy_of))[copy_of]
+    copies = np.flatnonzero(first[copy_of] != np.arange(n))
+    W = sp.csr_array((np.full(len(copies), COPY), (copies, first[copy_of[copies]])), (n, n))
+    W = W + W.T
+    joined = sp.diags_array(W.sum(axis=1)) - W
+    return sp.csr_array(into @ L @ into.T + joined), sp.csr_array(sp.diags_array(mass))
 
 
 def _diagonal(entries: FloatArray) -> sp.csr_array:

@@ -22,6 +22,7 @@ from spectral_notes._checks import (
     as_signal,
     as_symmetric,
 )
+from spectral_notes._points import farthest_points
 from spectral_notes.meshes import (
     TriangleMesh,
     as_mesh,
@@ -144,15 +145,7 @@ def spread_faces(mesh: TriangleMesh, n: int) -> IntArray:
     Gonzalez, "Clustering to minimize the maximum intercluster distance" (1985).
     """
     n = as_count("n", n, 1, mesh.n_faces)
-    centers = mesh.vertices[mesh.faces].mean(axis=1)
-    chosen = [0]
-    nearest = np.full(mesh.n_faces, np.inf)  # squared distance to the chosen
-    while len(chosen) < n:
-        gaps = centers - centers[chosen[-1]]
-        nearest = np.minimum(nearest, np.einsum("ij,ij->i", gaps, gaps))
-        nearest[chosen[-1]] = -1.0  # never twice, even where centres coincide
-        chosen.append(int(np.argmax(nearest)))
-    return np.array(chosen, dtype=np.int64)
+    return farthest_points(mesh.vertices[mesh.faces].mean(axis=1), n)
 
 
 def divergence_matrix(mesh: TriangleMesh) -> sp.csr_array:

@@ -20,10 +20,9 @@ from spectral_notes.laplacians import (
     graph_laplacian,
     interval_laplacian,
     mass_matrix,
-    robust_cloud_laplacian,
     robust_mesh_laplacian,
 )
-from spectral_notes.meshes import PointCloud, TriangleMesh
+from spectral_notes.meshes import TriangleMesh
 
 
 def spectrum(L, M):
@@ -252,14 +251,6 @@ def test_robust_laplacian_survives_what_cotan_refuses(book_of_three):
         assert (M.diagonal() > 0).all()
 
 
-def test_cloud_laplacian_of_the_sphere_has_its_first_eigenvalues():
-    i = np.arange(1500) + 0.5
-    z, turn = 1 - i / 750, np.pi * (1 + 5**0.5) * i
-    points = np.c_[np.sqrt(1 - z**2) * np.cos(turn), np.sqrt(1 - z**2) * np.sin(turn), z]
-    evals = spectrum(*robust_cloud_laplacian(PointCloud(points)))[:9]
-    np.testing.assert_allclose(evals, np.repeat([0.0, 2.0, 6.0], [1, 3, 5]), atol=0.1)
-
-
 # -- errors ------------------------------------------------------------------------------------------------------------
 
 
@@ -295,10 +286,8 @@ def test_a_vertex_without_face_is_refused(make):
         make(mesh)
 
 
-def test_options_of_meshes_and_clouds_are_checked(unit_square):
+def test_options_of_meshes_are_checked(unit_square):
     with pytest.raises(ValueError, match="mass must be one of 'lumped', 'voronoi', 'full'; got 'mixed'"):
         cotan_laplacian(unit_square, mass="mixed")
     with pytest.raises(ValueError, match="kind must be one of 'lumped', 'voronoi', 'full'; got 'mixed'"):
         mass_matrix(unit_square, kind="mixed")
-    with pytest.raises(ValueError, match="n_neighbors must be between 3 and 9; got 10"):
-        robust_cloud_laplacian(PointCloud(np.random.default_rng(0).random((10, 3))), n_neighbors=10)

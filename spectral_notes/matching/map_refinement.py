@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from spectral_notes._checks import FloatArray, IntArray, as_count, as_indices
+from spectral_notes._points import farthest_points
 from spectral_notes.eigenbasis import Eigenbasis
 from spectral_notes.functional_maps import as_functional_map, functional_map, nearest_rows, point_map, size_ratio
 from spectral_notes.meshes import TriangleMesh
@@ -197,13 +198,7 @@ def sample_vertices(mesh: TriangleMesh, n: int) -> IntArray:
     >>> len(np.unique(sample_vertices(sheet(), 100)))
     100
     """
-    n = as_count("n", n, 1, mesh.n_vertices)
-    chosen = np.zeros(n, dtype=np.int64)
-    apart = np.full(mesh.n_vertices, np.inf)
-    for number in range(1, n):
-        apart = np.minimum(apart, ((mesh.vertices - mesh.vertices[chosen[number - 1]]) ** 2).sum(axis=1))
-        chosen[number] = apart.argmax()
-    return chosen
+    return farthest_points(mesh.vertices, as_count("n", n, 1, mesh.n_vertices))
 
 
 def _working_set(
