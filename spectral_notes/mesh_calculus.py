@@ -450,3 +450,21 @@ def _sees_no_constant(L: sp.csr_array, held: IntArray) -> bool:
     if floating.any() and pieces > 1:
         raise ValueError(f"fixed must name a vertex of each component; {floating.sum()} of {pieces} have none")
     return bool(floating.any())
+
+
+def surface_weights(points: FloatArray, mesh: TriangleMesh) -> sp.csr_array:
+    """Return the matrix P (p, n) of barycentric coordinates of the points of a surface nearest to given points.
+
+    >>> triangle = TriangleMesh([[0, 0, 0], [1, 0, 0], [0, 1, 0]], [[0, 1, 2]])
+    >>> surface_weights(np.array([[0.25, 0.5, 7.0]]), triangle).toarray().tolist()
+    [[0.25, 0.25, 0.5]]
+    """
+    import igl  # only where it is needed: a bare import of the library stays light
+
+    _, nearest, foot = igl.point_mesh_squared_distance(points, mesh.vertices, mesh.faces)
+    corners = mesh.faces[nearest]
+    weights = igl.barycentric_coordinates(foot, *(mesh.vertices[corners[:, c]] for c in range(3)))
+    weights = np.clip(weights, 0.0, 1.0)
+    weights /= weights.sum(axis=1, keepdims=True)
+    rows = np.repeat(np.arange(len(points)), 3)
+    return sp.csr_array((weights.ravel(), (rows, corners.ravel())), shape=(len(points), mesh.n_vertices))

@@ -7,6 +7,14 @@ one-dimensional solvers for their eigenvalues.
 from spectral_notes.shapes.bodies import bracket, doll, doll_correspondence, goat
 from spectral_notes.shapes.flat_domains import disk, equilateral_triangle, flat_torus, gww_drums, rectangle
 from spectral_notes.shapes.isometries import sheet, spherical_cap
+from spectral_notes.shapes.people import (
+    PERSON_POSES,
+    PERSON_SEGMENTS,
+    PERSONS,
+    person,
+    person_correspondence,
+    person_segments,
+)
 from spectral_notes.shapes.references import (
     DRUM_EIGENVALUES,
     principal_angles,
@@ -43,6 +51,12 @@ __all__ = [
     "doll",
     "doll_correspondence",
     "bracket",
+    "PERSONS",
+    "PERSON_POSES",
+    "PERSON_SEGMENTS",
+    "person",
+    "person_segments",
+    "person_correspondence",
     "terrain",
     "sample_points",
     "VoxelGrid",
