@@ -8,7 +8,8 @@ from __future__ import annotations
 
 import numbers
 import operator
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
+from string import Template
 from typing import Any, TypeVar
 
 import numpy as np
@@ -18,6 +19,42 @@ from numpy.typing import ArrayLike, NDArray
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
 T = TypeVar("T")
+
+REMEDIES = {  # as the library names them
+    "clean": "clean_mesh(vertices, faces)",
+    "reclean": "read_mesh(path, clean=True)",
+    "robust": "robust_mesh_laplacian(mesh)",
+    "weld": "weld_vertices(mesh, tolerance)",
+    "orient": "orient_faces(mesh)",
+    "path": "path",
+}
+
+
+def named(text: str, names: Mapping[str, str] = REMEDIES) -> str:
+    """Return a message with its remedies, as `$clean` and `$robust`, under the names that a reader knows them by.
+
+    Examples
+    --------
+    >>> named("$clean drops them"), named("$clean drops them", {"clean": "--clean"})
+    ('clean_mesh(vertices, faces) drops them', '--clean drops them')
+    """
+    return Template(text).safe_substitute(names)
+
+
+class Refusal(ValueError):  # noqa: N818 (an error that says what to do)
+    """Hold a message whose remedies have other names on the command line; `text` keeps them open."""
+
+    def __init__(self, text: str) -> None:
+        super().__init__(named(text))
+        self.text = text
+
+
+class Failure(ArithmeticError):  # noqa: N818
+    """Hold the same of a computation that failed."""
+
+    def __init__(self, text: str) -> None:
+        super().__init__(named(text))
+        self.text = text
 
 
 def as_floats(name: str, value: ArrayLike, shape: Sequence[int | str]) -> FloatArray:

@@ -14,7 +14,7 @@ from numpy.typing import ArrayLike, NDArray
 from spectral_notes._checks import FloatArray, as_count, as_floats, as_number, as_signal, as_symmetric
 from spectral_notes.eigenbasis import Eigenbasis
 from spectral_notes.mesh_calculus import PoissonSolver
-from spectral_notes.meshes import TriangleMesh, is_closed
+from spectral_notes.meshes import TriangleMesh, is_closed, signed_volume
 
 ComplexArray = NDArray[np.complex128]
 
@@ -415,8 +415,7 @@ def enclosed_volume(mesh: TriangleMesh) -> float:
     """
     if not is_closed(mesh):
         raise ValueError("mesh must be closed to enclose a volume; it has a boundary")
-    centred = mesh.vertices - mesh.vertices.mean(axis=0)
-    return float(np.linalg.det(centred[mesh.faces]).sum() / 6.0)
+    return signed_volume(mesh)
 
 
 def restore_volume(mesh: TriangleMesh, volume: float) -> TriangleMesh:

@@ -14,7 +14,16 @@ import numpy as np
 import robust_laplacian
 import scipy.sparse as sp
 
-from spectral_notes._checks import FloatArray, IntArray, as_choice, as_count, as_instance, as_number, as_symmetric
+from spectral_notes._checks import (
+    FloatArray,
+    IntArray,
+    Refusal,
+    as_choice,
+    as_count,
+    as_instance,
+    as_number,
+    as_symmetric,
+)
 from spectral_notes._points import star_triangles
 from spectral_notes.meshes import FLAT, PointCloud, TriangleMesh, as_mesh, row_norms
 
@@ -376,9 +385,9 @@ def _refuse_flat_faces(areas: FloatArray, longest_squared: FloatArray) -> None:
     """Refuse faces so thin that their cotangents mean nothing."""
     flat = np.flatnonzero(areas <= FLAT * longest_squared)
     if len(flat):
-        raise ValueError(
+        raise Refusal(
             f"mesh must have no face without area; {len(flat)} of its faces have none, the first is face {flat[0]}. "
-            "robust_mesh_laplacian(mesh) works on such meshes"
+            "$robust works on such meshes"
         )
 
 
@@ -386,7 +395,7 @@ def _refuse_lone_vertices(mesh: TriangleMesh) -> None:
     """Refuse vertices without a face: their mass would be zero."""
     lone = np.flatnonzero(np.bincount(mesh.faces.ravel(), minlength=mesh.n_vertices) == 0)
     if len(lone):
-        raise ValueError(
+        raise Refusal(
             f"mesh must have no vertex without a face; {len(lone)} have none, the first is vertex {lone[0]}. "
-            "clean_mesh(mesh.vertices, mesh.faces) drops them"
+            "$clean drops them"
         )

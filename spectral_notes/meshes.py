@@ -30,7 +30,7 @@ class TriangleMesh:
     faces : array_like, shape (m, 3)
         Vertex indices, 0 .. n - 1; three different vertices a face.
     name : str, optional
-        What the shape is called, for titles; the part before the first ``_`` chooses its camera in pictures.
+        What the shape is called, for titles.
 
     Raises
     ------
@@ -67,6 +67,9 @@ class TriangleMesh:
         object.__setattr__(self, "vertices", _frozen(vertices))
         object.__setattr__(self, "faces", _frozen(faces))
 
+    def __setstate__(self, state: dict[str, Any]) -> None:
+        _restore(self, state)
+
     def __repr__(self) -> str:
         return f"TriangleMesh({self.name!r}, {self.n_vertices} vertices, {self.n_faces} faces)"
 
@@ -95,7 +98,7 @@ class PointCloud:
     points : array_like, shape (n, 3)
         Positions, in the unit of the data; finite.
     name : str, optional
-        What the cloud is called, for titles; the part before the first ``_`` chooses its camera in pictures.
+        What the cloud is called, for titles.
 
     Raises
     ------
@@ -118,6 +121,9 @@ class PointCloud:
         if not isinstance(self.name, str):
             raise TypeError(f"name must be a string; got {type(self.name).__name__}")
         object.__setattr__(self, "points", _frozen(points))
+
+    def __setstate__(self, state: dict[str, Any]) -> None:
+        _restore(self, state)
 
     def __repr__(self) -> str:
         return f"PointCloud({self.name!r}, {self.n_points} points)"
@@ -365,6 +371,21 @@ def boundary_loops(mesh: TriangleMesh) -> list[IntArray]:
     return sorted(loops, key=len, reverse=True)
 
 
+def signed_volume(mesh: TriangleMesh) -> float:
+    """Return the volume that the faces enclose, positive where they point outward, in cubed units of the vertices.
+
+    A sum of tetrahedra from the mean of the vertices: of an open mesh it depends on that point.
+
+    Examples
+    --------
+    >>> corner = [[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1]]
+    >>> round(6 * signed_volume(TriangleMesh(corner, [[0, 2, 1], [0, 1, 3], [0, 3, 2], [1, 2, 3]])), 12)
+    1.0
+    """
+    a, b, c = (mesh.vertices[mesh.faces] - mesh.vertices.mean(axis=0)).transpose(1, 0, 2)
+    return float(np.einsum("fd,fd->", a, np.cross(b, c)) / 6.0)
+
+
 def connected_components(mesh: TriangleMesh) -> IntArray:
     """Return the component number of each vertex, shape (n,), counted from 0; a vertex without a face stands alone.
 
@@ -409,6 +430,12 @@ def _unit_rows(rows: FloatArray) -> FloatArray:
     """Each row divided by its length; zero rows stay zero."""
     lengths = row_norms(rows)
     return rows / np.where(lengths > 0, lengths, 1.0)[:, None]
+
+
+def _restore(shape: TriangleMesh | PointCloud, state: dict[str, Any]) -> None:
+    """Take over what was pickled, and make its arrays read-only again."""
+    for name, value in state.items():
+        object.__setattr__(shape, name, _frozen(value) if isinstance(value, np.ndarray) else value)
 
 
 def _frozen(array: NDArray[Any]) -> NDArray[Any]:

@@ -14,18 +14,22 @@ from typing import Annotated, Any
 
 import typer
 
+from spectral_notes._whole import write_whole
 from spectral_notes.command import doctor as checks
 from spectral_notes.command import jobs, streams
-from spectral_notes.files.mesh_files import write_mesh, write_whole
+from spectral_notes.command.own_shape import upward
+from spectral_notes.files.mesh_files import write_mesh
+from spectral_notes.plotting.cameras import Camera, camera_of
 
 PROGRAM = "spectral-notes"
 FINE, FAILED, MISUSED, INTERRUPTED = 0, 1, 2, 130
-BAD_INPUT = (ValueError, TypeError, FileNotFoundError, PermissionError, IsADirectoryError)
+BAD_INPUT = (ValueError, TypeError, FileNotFoundError, PermissionError, IsADirectoryError, ModuleNotFoundError)
 FAILURE = (MemoryError, ArithmeticError, RuntimeError, OSError)
 INTERRUPTION = "interrupted; no file was left half written"
 CLICK_ERROR: Any = typer.BadParameter.__mro__[2]  # ClickException, wherever this version of Typer keeps it
 EPILOG = """Exit codes: 0 done; 1 failed, or a fault was found; 2 an option or an input is wrong; 130 interrupted.
-Reads OBJ, OFF, STL, PLY and VTP meshes, and PLY, OBJ, OFF, VTP and XYZ point clouds; - is standard input."""
+Reads OBJ, OFF, STL, PLY and VTP meshes, and PLY, OBJ, OFF, VTP and XYZ point clouds, plain or as .gz, .bz2, .xz; with
+spectral-notes[formats] glTF, 3MF, VTK, VTU, GIFTI and FreeSurfer as well; - is standard input."""
 
 File = Annotated[str, typer.Argument(metavar="FILE", help="The shape; - is standard input.")]
 Format = Annotated[str, typer.Option("--from", metavar="FORMAT", help="Format of the input, whatever its name.")]
@@ -35,6 +39,13 @@ Outputs = Annotated[
 ]
 OneOutput = Annotated[str, typer.Option("--output", "-o", metavar="FILE", help="Where to write; - is standard output.")]
 Clean = Annotated[bool, typer.Option("--clean", help="Merge repeated vertices; drop broken faces, unused vertices.")]
+Weld = Annotated[float, typer.Option("--weld", metavar="LENGTH", help="Join vertices that are no farther apart.")]
+Largest = Annotated[bool, typer.Option("--largest", help="Keep the piece of the largest area alone.")]
+Smallest = Annotated[
+    float, typer.Option("--smallest", metavar="SHARE", help="Drop pieces of less than this share of the largest.")
+]
+Orient = Annotated[bool, typer.Option("--orient", help="Turn faces until neighbours agree, and closed pieces outward.")]
+Up = Annotated[str, typer.Option("--up", metavar="x|y|z", help="Which axis points upward in pictures; else a guess.")]
 Laplacian = Annotated[
     str, typer.Option(metavar="cotan|robust", help="Which one; default: cotan for meshes, robust for point clouds.")
 ]
@@ -55,7 +66,8 @@ app = typer.Typer(
 @app.command()
 def modes(
     file: File, k: Annotated[int | None, typer.Option("-k", min=1, metavar="K", help="How many; default: 100.")] = None,
-    output: Outputs = None, laplacian: Laplacian = "", mass: Mass = "lumped", clean: Clean = False, certify: Annotated[
+    output: Outputs = None, laplacian: Laplacian = "", mass: Mass = "lumped", clean: Clean = False, weld: Weld = 0.0,
+    largest: Largest = False, smallest: Smallest = 0.0, orient: Orient = False, up: Up = "", certify: Annotated[
         bool, typer.Option("--certify", help="Prove by one more factorization that no mode is missing.")
     ] = False, show: Annotated[
         list[int] | None, typer.Option("--show", metavar="MODE", help="Mode to draw; several may be given.")
@@ -67,9 +79,10 @@ def modes(
     PNG; a page with scenes to turn as HTML.
     """
     outputs = _planned(output, target, [file])
-    shape = streams.open_shape(file, source, clean)
+    opened = streams.open_shape(file, source, streams.Mending(clean, weld, largest, smallest, orient))
     result = jobs.find_modes(
-        shape, k or 0, laplacian, streams.remark, mass=mass, show=show or (), progress=_shown(progress), certify=certify
+        opened.shape, k, laplacian, streams.remark, mass=mass, show=show or (), progress=_shown(progress),
+        certify=certify, camera=_camera(opened, up, outputs),
     )
     _finish(result, outputs, as_json)
 
@@ -78,7 +91,9 @@ def modes(
 def segment(
     file: File, n: Annotated[int, typer.Option("-n", min=1, metavar="N", help="How many segments.")] = 7,
     k: Annotated[int | None, typer.Option("-k", min=2, metavar="K", help="From so many modes; default: N + 1.")] = None,
-    output: Outputs = None, laplacian: Laplacian = "", clean: Clean = False, source: Format = "", target: To = "",
+    output: Outputs = None, laplacian: Laplacian = "", clean: Clean = False, weld: Weld = 0.0,
+    largest: Largest = False, smallest: Smallest = 0.0, orient: Orient = False, up: Up = "", source: Format = "",
+    target: To = "",
     progress: Progress = None, as_json: Json = False,
 ) -> None:
     """Cut a shape into segments.
@@ -87,8 +102,10 @@ def segment(
     picture as PNG, a page with a scene to turn as HTML.
     """
     outputs = _planned(output, target, [file])
-    shape = streams.open_shape(file, source, clean)
-    result = jobs.find_segments(shape, n, k or 0, laplacian, streams.remark, progress=_shown(progress))
+    opened = streams.open_shape(file, source, streams.Mending(clean, weld, largest, smallest, orient))
+    result = jobs.find_segments(
+        opened.shape, n, k, laplacian, streams.remark, progress=_shown(progress), camera=_camera(opened, up, outputs)
+    )
     _finish(result, outputs, as_json)
 
 
@@ -100,7 +117,9 @@ def match(
         list[str] | None, typer.Option("--landmark", metavar="A,B", help="Vertices of the same point; several.")
     ] = None,
     k: Annotated[int | None, typer.Option("-k", min=3, metavar="K", help="From so many modes; default: 200.")] = None,
-    output: Outputs = None, laplacian: Laplacian = "", clean: Clean = False, source: Format = "", target: To = "",
+    output: Outputs = None, laplacian: Laplacian = "", clean: Clean = False, weld: Weld = 0.0,
+    largest: Largest = False, smallest: Smallest = 0.0, orient: Orient = False, up: Up = "", source: Format = "",
+    target: To = "",
     progress: Progress = None, as_json: Json = False,
 ) -> None:
     """Map the vertices of B to those of A.
@@ -111,8 +130,13 @@ def match(
     if a == b == streams.STREAM:
         raise streams.UsageError("A and B cannot both be standard input")
     outputs = _planned(output, target, [a, b])
-    first, second = (streams.open_shape(file, source, clean) for file in (a, b))
-    result = jobs.find_map(first, second, landmark or (), k or 0, laplacian, streams.remark, progress=_shown(progress))
+    mending = streams.Mending(clean, weld, largest, smallest, orient)
+    first, second = (streams.open_shape(file, source, mending) for file in (a, b))
+    cameras = (_camera(first, up, outputs), _camera(second, up, outputs))
+    result = jobs.find_map(
+        first.shape, second.shape, landmark or (), k, laplacian, streams.remark, progress=_shown(progress),
+        cameras=cameras,
+    )
     _finish(result, outputs, as_json)
 
 
@@ -124,11 +148,12 @@ def compress(
     max_error: Annotated[float | None, typer.Option(help="Largest error of any vertex, in percent.")] = None,
     quality: Annotated[str, typer.Option(metavar="vertex|surface", help="Which error counts.")] = "vertex",
     codec: Annotated[str, typer.Option(metavar="auto|spectral|draco", help="Which codec.")] = "auto",
-    clean: Clean = False, source: Format = "", as_json: Json = False,
+    clean: Clean = False, weld: Weld = 0.0, largest: Largest = False, smallest: Smallest = 0.0,
+    orient: Orient = False, source: Format = "", as_json: Json = False,
 ) -> None:
     """Compress a mesh to a .sgn file."""
     outputs = streams.plan_outputs([output], "sgn", (".sgn",), [file])
-    shape = streams.open_shape(file, source, clean)
+    shape = streams.open_shape(file, source, streams.Mending(clean, weld, largest, smallest, orient)).shape
     result, data = jobs.compress(
         shape, error=error, bits_per_vertex=bits_per_vertex, max_error=max_error, quality=quality, codec=codec
     )
@@ -150,14 +175,17 @@ def decompress(
 
 
 @app.command()
-def health(file: File, clean: Clean = False, source: Format = "", as_json: Json = False) -> None:
+def health(
+    file: File, clean: Clean = False, weld: Weld = 0.0, largest: Largest = False, smallest: Smallest = 0.0,
+    orient: Orient = False, source: Format = "", as_json: Json = False,
+) -> None:
     """Say what is wrong with a mesh.
 
     And what each fault does to what follows. The exit code is 1 if there is a fault; a boundary is none.
     """
-    result = jobs.examine_health(streams.open_shape(file, source, clean))
-    lines = [streams.in_words_of_the_command_line(line, keep_spaces=True) for line in result.lines]
-    streams.tell(result.facts, lines, as_json=as_json)
+    opened = streams.open_shape(file, source, streams.Mending(clean, weld, largest, smallest, orient))
+    result = jobs.examine_health(opened.shape, opened.nonplanar_polygons)
+    streams.tell(result.facts, result.lines, as_json=as_json)
     if result.facts["faults"]:
         raise typer.Exit(FAILED)
 
@@ -205,10 +233,10 @@ def main(arguments: Sequence[str] | None = None) -> int:
     except (typer.Abort, KeyboardInterrupt):
         return _refuse(INTERRUPTION, INTERRUPTED)
     except BAD_INPUT as error:
-        return _refuse(str(error), MISUSED)
+        return _refuse(_text(error), MISUSED)
     except Exception as error:
         known = isinstance(error, FAILURE)
-        named = str(error) or type(error).__name__
+        named = _text(error) or type(error).__name__
         return _refuse(
             named if known else f"{type(error).__name__}: {named}; please report this, with the file", FAILED
         )
@@ -225,6 +253,19 @@ def _refuse(line: str, code: int) -> int:
     """Say why on stderr, and return the code."""
     streams.remark(line)
     return code
+
+
+def _text(error: BaseException) -> str:
+    """What an error says, its remedies still to be named."""
+    return str(getattr(error, "text", "") or error)
+
+
+def _camera(opened: streams.Opened, up: str, outputs: Sequence[streams.Output]) -> Camera:
+    """From where a shape is drawn; where its upward axis is a guess, and something is drawn, that is said."""
+    axis, why = upward(opened.shape, opened.ending, up)
+    if not up and {".png", ".html"} & {output.ending for output in outputs}:
+        streams.remark(f"note: {axis} is taken to point upward, since {why}; --up x, y or z says otherwise")
+    return camera_of(opened.shape, axis)
 
 
 def _shown(progress: bool | None) -> bool:

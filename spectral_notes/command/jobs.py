@@ -17,21 +17,24 @@ import scipy.sparse as sp
 from matplotlib.figure import Figure
 
 from spectral_notes._checks import FloatArray, IntArray, as_count
+from spectral_notes._whole import write_whole
 from spectral_notes.clustering import spectral_clusters, spectral_embedding
 from spectral_notes.command import own_shape
 from spectral_notes.command.own_shape import Shape
 from spectral_notes.command.reports import report_page
+from spectral_notes.command.streams import OPTIONS
 from spectral_notes.compression import decode, describe, encode, renumbered
 from spectral_notes.eigenbasis import Eigenbasis, compute_eigenbasis
 from spectral_notes.files.arrays import ARRAY_FORMATS, named_arrays, write_arrays
 from spectral_notes.files.eigenbasis_files import write_eigenbasis
-from spectral_notes.files.mesh_files import write_whole
+from spectral_notes.geometry.mending import turned_outward
 from spectral_notes.geometry.mesh_distances import vertex_error
 from spectral_notes.geometry.mesh_health import health
 from spectral_notes.laplacians import Pair
 from spectral_notes.matching.shape_matching import match_shapes
-from spectral_notes.meshes import PointCloud, TriangleMesh, positions
+from spectral_notes.meshes import PointCloud, TriangleMesh, positions, signed_volume
 from spectral_notes.plotting import plot_views
+from spectral_notes.plotting.cameras import Camera
 from spectral_notes.plotting.rendering import SurfaceView, choose_gl_window
 from spectral_notes.solver.eigensolver import memory_needed
 
@@ -39,6 +42,11 @@ DEFAULT_MODES = 100
 MAP_MODES = 200  # of a map
 FORMATS = (*ARRAY_FORMATS, ".png", ".html")
 MESH_FORMATS = (".obj", ".off", ".stl", ".ply", ".vtp")
+
+HEALTH_FACTS = (
+    "edges", "components", "boundary_loops", "euler_characteristic", "genus", "is_closed", "is_manifold", "volume",
+    "crack",
+)
 
 Say = Callable[[str], None]
 
@@ -135,11 +143,11 @@ def basis_of(
 
 
 def find_modes(
-    shape: Shape, k: int, laplacian: str, say: Say, *, mass: str = "lumped", show: Sequence[int] = (),
-    progress: bool = False, certify: bool = False,
+    shape: Shape, k: int | None, laplacian: str, say: Say, *, mass: str = "lumped", show: Sequence[int] = (),
+    progress: bool = False, certify: bool = False, camera: Camera | None = None,
 ) -> Result:
     """Compute the eigenfunctions of a shape."""
-    k = k or min(DEFAULT_MODES, len(positions(shape)))
+    k = min(DEFAULT_MODES, len(positions(shape))) if k is None else k
     basis = basis_of(shape, k, laplacian, say, mass=mass, progress=progress, certify=certify)
     shown = [as_count("show", mode, 0, basis.k - 1) for mode in show] or own_shape.modes_to_show(basis)
     worst = float(np.asarray(basis.residuals).max())
@@ -157,12 +165,15 @@ def find_modes(
     return Result(
         facts, lines, shape, f"{shape.name}: {basis.k} modes", {"mode": basis.evecs},
         colors=_column("mode", shown[0], basis.k),
-        views=[SurfaceView(shape, basis.evecs[:, i], title=f"mode {i}") for i in shown],
+        views=[SurfaceView(shape, basis.evecs[:, i], title=f"mode {i}", camera=camera) for i in shown],
         save_npz=lambda place: write_eigenbasis(place, basis),
     )
 
 
-def find_segments(shape: Shape, n_segments: int, k: int, laplacian: str, say: Say, *, progress: bool = False) -> Result:
+def find_segments(
+    shape: Shape, n_segments: int, k: int | None, laplacian: str, say: Say, *, progress: bool = False,
+    camera: Camera | None = None,
+) -> Result:
     """Cut a shape into segments: k-means in the embedding by its first modes that are not constant.
 
     Of a shape in several pieces each is cut by itself, into a share of the segments by its area.
@@ -177,7 +188,8 @@ def find_segments(shape: Shape, n_segments: int, k: int, laplacian: str, say: Sa
     areas = np.bincount(pieces, M.diagonal()).astype(np.float64)
     for piece, share in enumerate(_shared_out(areas, n_segments)):
         here = np.flatnonzero(pieces == piece)
-        labels[here] = done + _clusters(L[here][:, here], M[here][:, here], share, k or share + 1, progress)
+        n_modes = share + 1 if k is None else k
+        labels[here] = done + _clusters(L[here][:, here], M[here][:, here], share, n_modes, progress)
         done += share
     shares = np.bincount(labels, M.diagonal(), minlength=n_segments) / M.diagonal().sum()
     facts = own_shape.size_of(shape) | {
@@ -186,7 +198,7 @@ def find_segments(shape: Shape, n_segments: int, k: int, laplacian: str, say: Sa
     }
     lines = [f"{shape}", f"{n_segments} segments"]
     lines += [f"segment {i}: {share:6.1%} of the area" for i, share in enumerate(shares)]
-    view = SurfaceView(shape, labels, kind="labels", title=f"{n_segments} segments")
+    view = SurfaceView(shape, labels, kind="labels", title=f"{n_segments} segments", camera=camera)
     arrays = named_arrays(shape) | {"segment": labels}
     return Result(
         facts, lines, shape, f"{shape.name}: {n_segments} segments", {"segment": labels},
@@ -215,12 +227,14 @@ def _shared_out(areas: FloatArray, n_segments: int) -> IntArray:
 
 
 def find_map(
-    mesh_1: Shape, mesh_2: Shape, landmarks: Sequence[str], k: int, laplacian: str, say: Say, *, progress: bool = False
+    mesh_1: Shape, mesh_2: Shape, landmarks: Sequence[str], k: int | None, laplacian: str, say: Say, *,
+    progress: bool = False, cameras: tuple[Camera | None, Camera | None] = (None, None),
 ) -> Result:
     """Find, for each vertex of the second mesh, its vertex of the first."""
     if not isinstance(mesh_1, TriangleMesh) or not isinstance(mesh_2, TriangleMesh):
         raise ValueError("A and B must be triangle meshes to be matched; one of them holds points only")
-    k = as_count("k", k or min(MAP_MODES, mesh_1.n_vertices, mesh_2.n_vertices), 3)
+    k = as_count("k", min(MAP_MODES, mesh_1.n_vertices, mesh_2.n_vertices) if k is None else k, 3)
+    mesh_1, mesh_2 = (_outward(mesh, name, say) for mesh, name in ((mesh_1, "A"), (mesh_2, "B")))
     pairs = [_landmark(text) for text in landmarks]
     bases = tuple(basis_of(mesh, k, laplacian, say, progress=progress) for mesh in (mesh_1, mesh_2))
     match = match_shapes(mesh_1, mesh_2, pairs, k=k, bases=(bases[0], bases[1]))
@@ -241,9 +255,12 @@ def find_map(
     functions = {"vertex_of_a": match.p2p_21} | {f"{axis}_of_a": image[:, i] for i, axis in enumerate("xyz")}
     longest = np.argsort(-np.ptp(mesh_1.vertices, axis=0), kind="stable")
     views = [
-        SurfaceView(mesh, f, kind="positive", title=f"{name}, coloured by {'xyz'[i]} of A")
+        SurfaceView(mesh, f, kind="positive", title=f"{name}, coloured by {'xyz'[i]} of A", camera=camera)
         for i in longest[:2]
-        for name, mesh, f in (("A", mesh_1, mesh_1.vertices[:, i]), ("B", mesh_2, image[:, i]))
+        for name, mesh, f, camera in (
+            ("A", mesh_1, mesh_1.vertices[:, i], cameras[0]),
+            ("B", mesh_2, image[:, i], cameras[1]),
+        )
     ]
     arrays = {"p2p_21": match.p2p_21, "C_12": match.C_12, "evals_1": bases[0].evals, "evals_2": bases[1].evals}
     return Result(
@@ -253,9 +270,20 @@ def find_map(
     )
 
 
+def _outward(mesh: TriangleMesh, name: str, say: Say) -> TriangleMesh:
+    """A mesh whose closed pieces point outward, after a note where one did not: the map would be the mirrored one."""
+    found = health(mesh, crossings=False).faults["misoriented_edges"]
+    if found:
+        say(f"note: {name} has misoriented edges, {found}: its map may come out mirrored. $orient turns its faces")
+    turned = turned_outward(mesh)
+    if (turned.faces != mesh.faces).any():
+        say(f"note: {name} is inside out, of volume {signed_volume(mesh):.3g}: its faces are turned for the map")
+    return turned
+
+
 def _npz(arrays: dict[str, Any]) -> Callable[[Path], Any]:
     """What writes named arrays to a new file."""
-    return lambda place: np.savez(place, allow_pickle=False, **arrays)
+    return lambda place: np.savez(place, **arrays)
 
 
 def _landmark(text: str) -> list[int]:
@@ -266,7 +294,7 @@ def _landmark(text: str) -> list[int]:
     return [int(word) for word in words]
 
 
-def examine_health(shape: Shape) -> Result:
+def examine_health(shape: Shape, nonplanar_polygons: int = 0) -> Result:
     """Count the faults of a mesh, or the repeated points of a cloud."""
     size = own_shape.size_of(shape)
     if isinstance(shape, PointCloud):
@@ -274,22 +302,12 @@ def examine_health(shape: Shape) -> Result:
         faults = {"duplicate_points": repeated} if repeated else {}
         say = f"duplicate points: {repeated}; --clean drops them" if repeated else "no fault found"
         return Result(size | {"faults": faults}, [f"{shape}", say], shape)
-    report = health(shape)
-    counts = {
-        name: getattr(report, name)
-        for name in (
-            "edges",
-            "components",
-            "boundary_loops",
-            "euler_characteristic",
-            "genus",
-            "is_closed",
-            "is_manifold",
-        )
-    }
+    report = health(shape, nonplanar_polygons=nonplanar_polygons)
+    counts = {name: getattr(report, name) for name in HEALTH_FACTS}
     faults = own_shape.faults_of(report)
-    facts = size | counts | {"boundary_edges": report.faults["boundary_edges"], "faults": faults}
-    return Result(facts, [f"{shape}", *str(report).splitlines()], shape)
+    harmless = {name: report.faults[name] for name in own_shape.HARMLESS}
+    facts = size | counts | harmless | {"faults": faults}
+    return Result(facts, [f"{shape}", *report.report(OPTIONS).splitlines()], shape)
 
 
 def compress(mesh: Shape, **target: Any) -> tuple[Result, bytes]:

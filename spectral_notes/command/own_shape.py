@@ -8,19 +8,25 @@ import numpy as np
 
 from spectral_notes._checks import as_choice
 from spectral_notes.eigenbasis import Eigenbasis
+from spectral_notes.files.foreign import FREESURFER
 from spectral_notes.geometry.mesh_health import CONSEQUENCES, MeshHealth, health
 from spectral_notes.laplacians import MASSES, Pair, cotan_laplacian, robust_cloud_laplacian, robust_mesh_laplacian
 from spectral_notes.meshes import PointCloud, TriangleMesh, positions
+from spectral_notes.plotting.cameras import guess_up
 
 Shape = TriangleMesh | PointCloud
 
 LAPLACIANS = ("cotan", "robust")
 NEIGHBORS = 30  # that each local triangulation of a cloud uses; all others in a smaller one
-HARMLESS = ("boundary_edges",)  # counted by the health report, and no fault of a surface that ends somewhere
+HARMLESS = ("boundary_edges", "nonplanar_polygons")  # counted by the health report, and no fault of the surface
 WORTH_A_NOTE = {  # what spoils modes without an error, by Laplacian
-    "cotan": ("duplicate_vertices", "duplicate_faces", "sliver_faces", "nonmanifold_edges"),
-    "robust": ("duplicate_vertices", "duplicate_faces"),
+    "cotan": (
+        "duplicate_vertices", "near_duplicate_vertices", "t_junctions", "duplicate_faces", "sliver_faces",
+        "nonmanifold_edges",
+    ),
+    "robust": ("duplicate_vertices", "near_duplicate_vertices", "t_junctions", "duplicate_faces"),
 }
+UP_OF_FORMAT = {".gltf": "y", ".glb": "y", ".3mf": "z", ".gii": "z", **dict.fromkeys(FREESURFER, "z")}  # as they say
 SHOWN = (0, 1, 4, 9, 49, 99)  # modes of a picture, counted from the first that is not constant
 
 
@@ -75,6 +81,20 @@ def chosen(shape: Shape, kind: str = "") -> str:
     return kind
 
 
+def upward(shape: Shape, ending: str, up: str = "") -> tuple[str, str]:
+    """Return which axis points upward, and why: as told, as the format says, or as the shape looks.
+
+    Examples
+    --------
+    >>> upward(PointCloud([[0, 0, 0]]), ".glb")
+    ('y', 'the format says so')
+    """
+    if up:
+        return as_choice("up", up, ("x", "y", "z")), "you say so"
+    ending = next((known for known in UP_OF_FORMAT if ending.startswith(known)), ending)
+    return (UP_OF_FORMAT[ending], "the format says so") if ending in UP_OF_FORMAT else guess_up(shape)
+
+
 def size_of(shape: Shape) -> dict[str, Any]:
     """Return what a shape is, how large, and its name.
 
@@ -106,7 +126,7 @@ def warnings_of(shape: Shape, kind: str = "") -> list[str]:
     """
     if isinstance(shape, PointCloud):
         return []
-    found = health(shape).faults
+    found = health(shape, crossings=False).faults
     names = [name for name in WORTH_A_NOTE[chosen(shape, kind)] if found[name]]
     return [f"{name.replace('_', ' ')}: {found[name]}. {CONSEQUENCES[name]}" for name in names]
 

@@ -12,20 +12,19 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from spectral_notes.files.mesh_files import FORMATS, read_whole, shape_from_bytes
+from spectral_notes._checks import named
+from spectral_notes.files.mesh_files import known_ending, polygons_from_bytes, read_whole, shape_name, shape_of
+from spectral_notes.files.packed import ending_of
+from spectral_notes.files.polygons import bent_polygons
+from spectral_notes.geometry import keep_pieces, orient_faces, weld_vertices
 from spectral_notes.meshes import PointCloud, TriangleMesh
 
 STREAM = "-"  # standard input as a file's name, standard output as an output's
 
 # The library names its functions as the remedy; at the command line the remedy is an option.
 OPTIONS = {
-    "robust_mesh_laplacian(mesh)": "--laplacian robust",
-    "try robust_mesh_laplacian": "try --laplacian robust",
-    "clean_mesh(mesh.vertices, mesh.faces)": "--clean",
-    "clean_mesh(vertices, faces)": "--clean",
-    "read_mesh(path, clean=True)": "--clean",
-    "clean_mesh": "--clean",
-    "path must": "FILE must",
+    "clean": "--clean", "reclean": "--clean", "robust": "--laplacian robust", "weld": "--weld LENGTH",
+    "orient": "--orient", "path": "FILE",
 }
 
 
@@ -46,21 +45,54 @@ class Output:
         return self.place == STREAM
 
 
-def open_shape(file: str, ending: str, clean: bool) -> TriangleMesh | PointCloud:
+@dataclass(frozen=True)
+class Mending:
+    """What is mended on reading: as the options of the same names say."""
+
+    clean: bool = False
+    weld: float = 0.0
+    largest: bool = False
+    smallest: float = 0.0
+    orient: bool = False
+
+    def applied(self, shape: TriangleMesh | PointCloud) -> TriangleMesh | PointCloud:
+        """Return the shape, mended beyond what `clean` does on reading."""
+        if isinstance(shape, PointCloud):
+            if self.weld or self.largest or self.smallest or self.orient:
+                raise UsageError("--weld, --largest, --smallest and --orient mend triangles; FILE holds points only")
+            return shape
+        if self.weld:
+            shape = weld_vertices(shape, self.weld)
+        if self.largest or self.smallest:
+            shape = keep_pieces(shape, smallest=self.smallest, largest_only=self.largest)
+        return orient_faces(shape) if self.orient else shape
+
+
+@dataclass(frozen=True)
+class Opened:
+    """A shape with what its file said of it: the format, and how many of its polygons are bent."""
+
+    shape: TriangleMesh | PointCloud
+    ending: str
+    nonplanar_polygons: int
+
+
+def open_shape(file: str, ending: str, mending: Mending) -> Opened:
     """Read a shape from a file, whose ending names the format unless one is given, or from standard input."""
-    named = f".{ending.lstrip('.').lower()}" if ending else Path(file).suffix.lower()
     if file == STREAM and not ending:
-        known = ", ".join(known[1:] for known in FORMATS)
-        raise UsageError(f"standard input has no ending: name its format with --from, one of {known}")
-    if named not in FORMATS:
-        raise UsageError(f"{file} must end in one of {', '.join(FORMATS)}, or --from name the format; got {named!r}")
-    name = "stdin" if file == STREAM else Path(file).stem
-    return shape_from_bytes(open_bytes(file), named, name=name, clean=clean, where=file)
+        raise UsageError("standard input has no ending: name its format with --from, as in --from obj")
+    given = f".{ending.lstrip('.').lower()}" if ending else ending_of(file)
+    named_format = known_ending("--from" if ending else file, given)
+    path = None if file == STREAM else Path(file)
+    name = "stdin" if path is None else shape_name(path)
+    polygons = polygons_from_bytes(open_bytes(file), named_format, where=file, path=None if ending else path)
+    shape = shape_of(polygons, named_format, name, clean=mending.clean, where=file)
+    return Opened(mending.applied(shape), named_format, bent_polygons(polygons))
 
 
 def open_bytes(file: str) -> bytes:
     """Read a file, or standard input, whole."""
-    return sys.stdin.buffer.read() if file == STREAM else read_whole(Path(file))
+    return sys.stdin.buffer.read() if file == STREAM else read_whole(Path(file), "FILE")
 
 
 def plan_outputs(outputs: Sequence[str], ending: str, endings: Sequence[str], inputs: Sequence[str]) -> list[Output]:
@@ -114,22 +146,10 @@ def tell(facts: Mapping[str, Any], lines: Sequence[str], *, as_json: bool, outpu
         text = json.dumps({**facts, "outputs": places}, allow_nan=False, indent=1)
     else:
         text = "\n".join([*lines, *(f"wrote {place}" for place in places if place != STREAM)])
-    print(text, file=stream)
+    print(text.encode("utf-8", "replace").decode(), file=stream)
 
 
 def remark(line: str) -> None:
     """Print one line on stderr."""
-    print(f"spectral-notes: {in_words_of_the_command_line(line)}", file=sys.stderr)
-
-
-def in_words_of_the_command_line(text: str, *, keep_spaces: bool = False) -> str:
-    """Return a text as one line that names options where the library names functions.
-
-    Examples
-    --------
-    >>> in_words_of_the_command_line("it has slivers: robust_mesh_laplacian(mesh)   works")
-    'it has slivers: --laplacian robust works'
-    """
-    for function, option in OPTIONS.items():
-        text = text.replace(function, option)
-    return text if keep_spaces else " ".join(text.split())
+    text = " ".join(named(line, OPTIONS).split())
+    print(f"spectral-notes: {text}".encode("utf-8", "replace").decode(), file=sys.stderr)

@@ -18,13 +18,15 @@ from matplotlib.colors import to_rgb
 from numpy.typing import ArrayLike, NDArray
 
 from spectral_notes._checks import as_choice, as_floats
-from spectral_notes.files.mesh_files import write_whole
+from spectral_notes._whole import write_whole
 from spectral_notes.files.writing import write_ply, write_vtp
 from spectral_notes.meshes import PointCloud, TriangleMesh, positions
 from spectral_notes.plotting.rendering import LABEL_COLORS, SurfaceView
 
 ARRAY_FORMATS = (".vtp", ".ply", ".npz", ".csv")
 RESERVED = ("x", "y", "z", "red", "green", "blue", "vertices", "faces", "points")  # what the files call the shape
+TAKEN = ("file", "allow_pickle")  # what `np.savez` calls its own arguments
+WHOLE = 2**53  # integers up to there survive in every format
 
 Columns = dict[str, NDArray[Any]]
 Shape = TriangleMesh | PointCloud
@@ -97,7 +99,7 @@ def named_arrays(shape: Shape) -> Columns:
 
 
 def columns(arrays: Mapping[str, NDArray[Any]]) -> Columns:
-    """Return each column of each array under a name of its own.
+    """Return each column of each array under a name of its own; raise where two would have the same.
 
     Examples
     --------
@@ -106,11 +108,14 @@ def columns(arrays: Mapping[str, NDArray[Any]]) -> Columns:
     """
     flat: Columns = {}
     for name, values in arrays.items():
-        if values.ndim == 1:
-            flat[name] = values
-        else:
+        numbered = {name: values}
+        if values.ndim == 2:
             width = len(str(values.shape[1] - 1))
-            flat |= {f"{name}_{i:0{width}d}": column for i, column in enumerate(values.T)}
+            numbered = {f"{name}_{i:0{width}d}": column for i, column in enumerate(values.T)}
+        twice = sorted(flat.keys() & numbered.keys())
+        if twice:
+            raise ValueError(f"arrays must have names that differ once columns are numbered; {twice[0]!r} comes twice")
+        flat |= numbered
     return flat
 
 
@@ -135,11 +140,16 @@ def shades(shape: Shape, values: NDArray[Any], kind: str) -> NDArray[np.uint8]:
 
 def _as_function(name: str, values: ArrayLike, n: int) -> NDArray[Any]:
     """The values, checked; whole numbers stay whole."""
-    if not re.fullmatch(r"[A-Za-z]\w*", name, re.ASCII) or name in RESERVED:
-        raise ValueError(f"arrays must have names of letters, digits and _, and none of {RESERVED}; got {name!r}")
+    if not re.fullmatch(r"[A-Za-z]\w*", name, re.ASCII) or name in RESERVED + TAKEN:
+        taken = RESERVED + TAKEN
+        raise ValueError(f"arrays must have names of letters, digits and _, and none of {taken}; got {name!r}")
     array = np.asarray(values)
     as_floats(name, array, (n, "d") if array.ndim == 2 else (n,))
-    return array.astype(np.int64) if array.dtype.kind in "biu" else array.astype(np.float64)
+    if array.dtype.kind not in "biu":
+        return array.astype(np.float64)
+    if array.size and (int(array.max()) > WHOLE or int(array.min()) < -WHOLE):
+        raise ValueError(f"{name} must hold integers within 2^53, which files keep; found {int(np.abs(array).max())}")
+    return array.astype(np.int64)
 
 
 def _write_csv(place: Path, shape: Shape, arrays: Columns) -> None:

@@ -12,6 +12,7 @@ import numpy as np
 import scipy.sparse as sp
 
 from spectral_notes._checks import FloatArray, as_symmetric
+from spectral_notes._whole import write_whole
 from spectral_notes.eigenbasis import Eigenbasis, fix_signs
 from spectral_notes.solver.eigensolver import pose
 
@@ -134,8 +135,8 @@ def _npz(path: str | Path) -> Path:
 
 
 def _save(path: str | Path, arrays: dict[str, FloatArray]) -> None:
-    """Write named arrays."""
-    np.savez(_npz(path), allow_pickle=False, **arrays)
+    """Write named arrays, whole or not at all."""
+    write_whole(_npz(path), lambda place: np.savez(place, **arrays))  # type: ignore[arg-type]
 
 
 def _need(path: str | Path, file: np.lib.npyio.NpzFile, names: tuple[str, ...]) -> None:

@@ -1,22 +1,24 @@
-"""Read and write files of meshes and point clouds: OBJ, OFF, STL, PLY, VTP and XYZ.
+"""Read and write files of meshes and point clouds: OBJ, OFF, STL, PLY, VTP and XYZ; others by well-kept libraries.
 
-No compiled reader or writer takes part: some end the interpreter on damaged files, some say nothing when the disk is
-full. Nothing is allocated because a file announces it. All but STL, which has single precision, give every digit back.
+For these six no compiled reader or writer takes part: some end the interpreter on damaged files, some say nothing when
+the disk is full. Nothing is allocated because a file announces it. All but STL, which has single precision, give every
+digit back.
 """
 
 from __future__ import annotations
 
 import os
-import tempfile
-from collections.abc import Callable
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
-from spectral_notes._checks import FloatArray, as_choice, as_instance
+from spectral_notes._checks import FloatArray, Refusal, as_choice, as_instance
+from spectral_notes._whole import write_whole
+from spectral_notes.files.foreign import MODULES, read_foreign
+from spectral_notes.files.packed import UNPACKERS, ending_of, unpacked
 from spectral_notes.files.parsing import parse_obj, parse_off, parse_stl, parse_xyz
 from spectral_notes.files.ply import parse_ply
+from spectral_notes.files.polygons import Polygons, checked_polygons, mesh_of
 from spectral_notes.files.vtp import parse_vtp
 from spectral_notes.files.writing import WRITERS
 from spectral_notes.meshes import PointCloud, TriangleMesh, clean_mesh
@@ -24,23 +26,25 @@ from spectral_notes.meshes import PointCloud, TriangleMesh, clean_mesh
 PARSERS = {
     ".obj": parse_obj, ".off": parse_off, ".stl": parse_stl, ".ply": parse_ply, ".vtp": parse_vtp, ".xyz": parse_xyz,
 }
-FORMATS = tuple(PARSERS)
+FORMATS = (*PARSERS, *MODULES)
+REPEATING = (".stl", ".gltf", ".glb", ".3mf")  # formats whose files repeat a vertex where faces meet
+CONVERT = "other formats: MeshLab, Blender or ParaView open most, and save PLY"
 
 
 def read_mesh(path: str | os.PathLike[str], *, clean: bool = False) -> TriangleMesh:
-    """Read a triangle mesh from an OBJ, OFF, STL, PLY or VTP file; polygons are cut into fans of triangles.
+    """Read a triangle mesh from a file; polygons are cut into triangles in their plane.
 
     Parameters
     ----------
     path : str or path
-        The file; its ending names the format.
+        The file; its ending names the format, one of `FORMATS`, and .gz, .bz2 or .xz after it a compression.
     clean : bool, optional
         Merge repeated vertices and drop broken faces and unused vertices, as `clean_mesh` does.
 
     Returns
     -------
     TriangleMesh
-        The mesh, named after the file. The vertices of an STL file, which repeats them, are merged.
+        The mesh, named after the file. The vertices of STL, glTF and 3MF files, which repeat them, are merged.
 
     Raises
     ------
@@ -48,6 +52,8 @@ def read_mesh(path: str | os.PathLike[str], *, clean: bool = False) -> TriangleM
         If there is no such file, it may not be read, or the path names a folder or a pipe.
     ValueError
         If the ending is none that is known, the file cannot be read as that format, or it holds no valid mesh.
+    ModuleNotFoundError
+        If the format is read by a library that is missing; it is part of ``pip install "spectral-notes[formats]"``.
 
     Examples
     --------
@@ -69,7 +75,7 @@ def read_shape(path: str | os.PathLike[str], *, clean: bool = False) -> Triangle
     Parameters
     ----------
     path : str or path
-        An OBJ, OFF, STL, PLY, VTP or XYZ file; its ending names the format. XYZ is text, one point a line.
+        The file, as for `read_mesh`. XYZ is text, one point a line.
     clean : bool, optional
         Merge repeated vertices or points, and drop broken faces and unused vertices.
 
@@ -92,12 +98,34 @@ def read_shape(path: str | os.PathLike[str], *, clean: bool = False) -> Triangle
     PointCloud('scan', 3 points)
     """
     path = Path(path)
-    suffix = as_choice("path's ending", path.suffix.lower(), FORMATS)
-    return shape_from_bytes(read_whole(path), suffix, name=path.stem, clean=clean, where=str(path))
+    ending = known_ending("path", path.name)
+    return shape_from_bytes(read_whole(path), ending, name=shape_name(path), clean=clean, where=str(path), path=path)
+
+
+def known_ending(what: str, name: str) -> str:
+    """Return the ending of a file's name if it is one that is read."""
+    ending = ending_of(name)
+    packing = Path(ending).suffix if Path(ending).suffix in UNPACKERS else ending
+    if ending not in FORMATS and ending.removesuffix(packing) not in FORMATS:
+        shown = ", ".join(FORMATS)
+        raise ValueError(f"{what} must end in one of {shown}, or in .gz, .bz2, .xz after it; got {ending!r}; {CONVERT}")
+    return ending
+
+
+def shape_name(path: Path) -> str:
+    """Return the name that a shape gets after its file; what is no text in it, is replaced."""
+    name = path.name[: len(path.name) - len(ending_of(path.name))] or path.name
+    return name.encode("utf-8", "surrogateescape").decode("utf-8", "replace")
 
 
 def shape_from_bytes(
-    data: bytes, suffix: str, *, name: str = "", clean: bool = False, where: str = "the stream"
+    data: bytes,
+    suffix: str,
+    *,
+    name: str = "",
+    clean: bool = False,
+    where: str = "the stream",
+    path: Path | None = None,
 ) -> TriangleMesh | PointCloud:
     r"""Return the shape that the bytes of a file hold; `where` is what messages call it.
 
@@ -105,12 +133,14 @@ def shape_from_bytes(
     ----------
     data : bytes
         The whole file.
-    suffix : {".obj", ".off", ".stl", ".ply", ".vtp", ".xyz"}
-        Its format.
+    suffix : str
+        Its format: one of `FORMATS`, or with a compression behind, as in ".ply.gz".
     name, where : str
         The name that the shape gets, and that of the file.
     clean : bool
         As for `read_shape`.
+    path : path, optional
+        Where the file lies, for formats that spread over several files (glTF).
 
     Returns
     -------
@@ -127,21 +157,35 @@ def shape_from_bytes(
     >>> shape_from_bytes(b"v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n", ".obj")
     TriangleMesh('', 3 vertices, 1 faces)
     """
-    suffix = as_choice("suffix", suffix, FORMATS)
+    return shape_of(polygons_from_bytes(data, suffix, where=where, path=path), suffix, name, clean=clean, where=where)
+
+
+def polygons_from_bytes(data: bytes, suffix: str, *, where: str = "the stream", path: Path | None = None) -> Polygons:
+    """Return the vertices and polygons that the bytes of a file hold, before anything is cut or checked."""
+    suffix = known_ending("suffix", suffix)
     try:
-        vertices, faces = PARSERS[suffix](data)
+        data, plain = unpacked(data, suffix)
+        beside = path if plain == suffix else None  # what was compressed lies nowhere
+        polygons = PARSERS[plain](data) if plain in PARSERS else read_foreign(data, plain, beside)
     except ValueError as error:
-        raise ValueError(f"path must be a readable {suffix[1:].upper()} file; {where} is not: {error}") from error
-    if not len(vertices):
-        raise ValueError(f"path must hold vertices; {where} has 0 vertices and no face")
+        raise Refusal(f"$path must be a readable {suffix[1:].upper()} file; {where} is not: {error}") from error
+    if not len(polygons.vertices):
+        raise Refusal(f"$path must hold vertices; {where} has 0 vertices and no face")
+    return polygons
+
+
+def shape_of(
+    polygons: Polygons, suffix: str, name: str, *, clean: bool, where: str = "the stream"
+) -> TriangleMesh | PointCloud:
+    """Return the mesh of polygons, or the cloud where there are none."""
     try:
-        if not len(faces):
-            return _cloud(vertices, name, clean)
-        make = clean_mesh if clean or suffix == ".stl" else TriangleMesh
-        return make(vertices, faces, name)
+        polygons = checked_polygons(polygons, clean=clean)
+        if not len(polygons.sizes):
+            return _cloud(polygons.vertices, name, clean)
+        mesh = mesh_of(polygons, name)
+        return clean_mesh(mesh.vertices, mesh.faces, name) if clean or ending_of(suffix) in REPEATING else mesh
     except ValueError as error:
-        remedy = "" if clean else "; read_mesh(path, clean=True) may mend it"
-        raise ValueError(f"path must hold a valid mesh; {where}: {error}{remedy}") from error
+        raise Refusal(f"$path must hold a valid mesh; {where}: {getattr(error, 'text', error)}") from error
 
 
 def _cloud(points: FloatArray, name: str, clean: bool) -> PointCloud:
@@ -188,30 +232,13 @@ def write_mesh(path: str | os.PathLike[str], mesh: TriangleMesh) -> None:
     write_whole(path, lambda place: WRITERS[suffix](place, mesh))
 
 
-def write_whole(path: Path, write: Callable[[Path], Any]) -> None:
-    """Call `write` on a new file beside `path`, then move that file to `path`; on any error leave nothing behind."""
-    if not path.parent.is_dir():
-        raise FileNotFoundError(f"path must be in an existing folder; there is none at {path.parent}")
-    handle, name = tempfile.mkstemp(prefix=f".{path.stem}-", suffix=path.suffix, dir=path.parent)
-    os.close(handle)
-    place = Path(name)
-    try:
-        write(place)
-        mask = os.umask(0)
-        os.umask(mask)
-        place.chmod(0o666 & ~mask)
-        place.replace(path)
-    finally:
-        place.unlink(missing_ok=True)
-
-
-def read_whole(path: Path) -> bytes:
+def read_whole(path: Path, what: str = "path") -> bytes:
     """Return the bytes of an ordinary file; say what is in the way where that cannot be done."""
     if not path.exists():
-        raise FileNotFoundError(f"path must name an existing file; there is none at {path}")
+        raise FileNotFoundError(f"{what} must name an existing file; there is none at {path}")
     if not path.is_file():  # opening a pipe would wait for somebody to write
-        raise OSError(f"path must name a file; {path} is a {'folder' if path.is_dir() else 'pipe or device'}")
+        raise OSError(f"{what} must name a file; {path} is a {'folder' if path.is_dir() else 'pipe or device'}")
     try:
         return path.read_bytes()
     except OSError as error:
-        raise type(error)(f"path must name a file that you may read; {path}: {error.strerror}") from error
+        raise type(error)(f"{what} must name a file that you may read; {path}: {error.strerror}") from error

@@ -1,4 +1,4 @@
-"""The bytes of a PLY file, ASCII or binary of either byte order, as vertices and triangles.
+"""The bytes of a PLY file, ASCII or binary of either byte order, as vertices and polygons; strips become triangles.
 
 A PLY file describes itself: a header names elements and the properties of their rows, some of them lists. Rows
 without lists, and lists that all have the length of the first, are read at once; anything else row by row.
@@ -14,8 +14,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from spectral_notes._checks import FloatArray, IntArray
-from spectral_notes.files.parsing import Surface, as_doubles, as_values, fans
+from spectral_notes._checks import IntArray
+from spectral_notes.files.parsing import Line, as_doubles, as_table, quoted, without_mark
+from spectral_notes.files.polygons import Polygons, no_polygons, strips
 
 TYPES = {
     "char": "i1", "uchar": "u1", "short": "i2", "ushort": "u2", "int": "i4", "uint": "u4", "float": "f4",
@@ -54,25 +55,37 @@ class Element:
         raise ValueError(f"its element {self.name!r} lacks the property {names[0]!r}")
 
 
-def parse_ply(data: bytes) -> Surface:
-    """Return vertices and triangles of a PLY file; all other elements and properties are passed over."""
+def parse_ply(data: bytes) -> Polygons:
+    """Return vertices and polygons of a PLY file; all other elements and properties are passed over."""
+    data = without_mark(data)
     header = re.match(rb"ply\s.*?[\r\n]end_header[ \t]*(\r\n|\n|\r)", data, re.DOTALL)
     if header is None:
         raise ValueError("it has no header from 'ply' to 'end_header'")
     order, elements = _read_header(header[0].decode("ascii", "replace"))
     body = data[header.end() :]
-    rows = _text_rows(body, elements) if not order else _binary_rows(body, elements, order)
-    vertices: FloatArray = np.zeros((0, 3))
-    faces: IntArray = np.zeros((0, 3), dtype=np.int64)
-    for element, column in rows:
+    above = len(header[0].splitlines())
+    rows = _text_rows(body, above, elements) if not order else _binary_rows(body, elements, order)
+    found = no_polygons(np.zeros((0, 3)))
+    for element, column, lines in rows:
         if element.name == "vertex":
             vertices = np.stack([as_doubles(column(element.place(axis))[0]) for axis in "xyz"], axis=1)
-        elif element.name == "face":
+            found = replace(found, vertices=vertices, vertex_lines=lines)
+        elif element.name in ("face", "tristrips"):
             corners, sizes = column(element.place(*INDICES))
             if corners.dtype.kind == "f":
                 raise ValueError("its faces name vertices by numbers with a fraction")
-            faces = fans(corners.astype(np.int64), sizes)
-    return vertices, faces
+            corners = corners.astype(np.int64)
+            if element.name == "tristrips":
+                corners, sizes, lines = *strips(corners, sizes), None
+            both = lines is not None and (found.polygon_lines is not None or not len(found.sizes))
+            before = np.zeros(0, dtype=np.int64) if found.polygon_lines is None else found.polygon_lines
+            found = replace(
+                found,
+                corners=np.r_[found.corners, corners],
+                sizes=np.r_[found.sizes, sizes],
+                polygon_lines=np.r_[before, lines] if both else None,
+            )
+    return found
 
 
 def _read_header(text: str) -> tuple[str, list[Element]]:
@@ -102,22 +115,24 @@ def _read_header(text: str) -> tuple[str, list[Element]]:
     return order, [element for element in elements if element.count and element.properties]
 
 
-def _text_rows(body: bytes, elements: list[Element]) -> Iterator[tuple[Element, Column]]:
-    """The columns of each element of an ASCII file, one row a line."""
-    lines, at = [line for line in body.splitlines() if line.strip()], 0
+def _text_rows(body: bytes, above: int, elements: list[Element]) -> Iterator[tuple[Element, Column, IntArray | None]]:
+    """The columns of each element of an ASCII file, one row a line, and the lines' numbers."""
+    lines = [(number, line) for number, line in enumerate(body.splitlines(), above + 1) if line.strip()]
+    at = 0
     for element in elements:
         if element.count > len(lines) - at:
             raise ValueError(f"it announces {element.count} rows of {element.name!r} and has {len(lines) - at} lines")
-        yield element, _text_column(lines[at : at + element.count], element)
+        rows = lines[at : at + element.count]
+        yield element, _text_column(rows, element), np.array([number for number, _ in rows])
         at += element.count
 
 
-def _text_column(lines: list[bytes], element: Element) -> Column:
+def _text_column(lines: list[Line], element: Element) -> Column:
     """The columns of one element's lines; only those that are asked for are read as numbers."""
 
     def column(wanted: int) -> tuple[NDArray[Any], IntArray]:
-        words, sizes = [], []
-        for line in lines:
+        words = []
+        for number, line in lines:
             row, start = line.split(), 0
             for prop in element.properties[: wanted + 1]:
                 size = 1
@@ -125,17 +140,18 @@ def _text_column(lines: list[bytes], element: Element) -> Column:
                     size = int(row[start]) if start < len(row) and row[start].isdigit() else len(row)
                     start += 1
                 if size > len(row) - start:
-                    raise ValueError(f"a row of {element.name!r} is too short: {line[:60]!r}")
+                    raise ValueError(f"line {number}: a row of {element.name!r} is too short: {quoted(line)}")
                 start += size
-            words += row[start - size : start]
-            sizes.append(size)
+            words.append((number, b" ".join(row[start - size : start])))
         kind = np.float64 if element.properties[wanted].kind[0] == "f" else np.int64
-        return as_values(words, kind), np.array(sizes)
+        return as_table(words, kind)
 
     return column
 
 
-def _binary_rows(body: bytes, elements: list[Element], order: str) -> Iterator[tuple[Element, Column]]:
+def _binary_rows(
+    body: bytes, elements: list[Element], order: str
+) -> Iterator[tuple[Element, Column, IntArray | None]]:
     """The columns of each element of a binary file."""
     at = 0
     for element in elements:
@@ -145,10 +161,10 @@ def _binary_rows(body: bytes, elements: list[Element], order: str) -> Iterator[t
         table = np.frombuffer(body, dtype, min(element.count, (len(body) - at) // max(dtype.itemsize, 1)), at)
         if len(table) == element.count and all((table[f"n{i}"] == sizes[i]).all() for i in lists):
             at += element.count * dtype.itemsize
-            yield element, lambda i: (table[f"v{i}"].ravel(), np.full(len(table), sizes[i]))  # noqa: B023
+            yield element, lambda i: (table[f"v{i}"].ravel(), np.full(len(table), sizes[i])), None  # noqa: B023
         else:
             columns, at = _row_by_row(body, at, element, order)
-            yield element, columns.__getitem__
+            yield element, columns.__getitem__, None
 
 
 def _first_sizes(body: bytes, at: int, element: Element, order: str) -> list[int]:

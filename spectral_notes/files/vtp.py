@@ -1,7 +1,7 @@
-"""The bytes of a VTP file, VTK's XML format for surfaces, as vertices and triangles.
+"""The bytes of a VTP file, VTK's XML format for surfaces, as vertices and polygons; strips become triangles.
 
 An XML header names arrays; their numbers stand in it as text or in base64, or behind it as they are, whole or in
-blocks compressed by zlib or LZMA. Strips and LZ4, which need more than Python has, are refused by name.
+blocks compressed by zlib or LZMA. LZ4, which needs more than Python has, is refused by name.
 """
 
 from __future__ import annotations
@@ -19,7 +19,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from spectral_notes._checks import FloatArray, IntArray
-from spectral_notes.files.parsing import Surface, as_doubles, as_values, fans
+from spectral_notes.files.parsing import as_doubles, as_values, without_mark
+from spectral_notes.files.polygons import Polygons, strips
 
 TYPES = {
     f"{kind}{bits}": f"{kind[0].lower()}{bits // 8}" for kind in ("Int", "UInt", "Float") for bits in (8, 16, 32, 64)
@@ -41,31 +42,52 @@ class Encoding:
     appended_as_text: bool
 
 
-def parse_vtp(data: bytes) -> Surface:
-    """Return vertices and triangles of a VTP file; everything else is passed over."""
+def parse_vtp(data: bytes) -> Polygons:
+    """Return vertices and polygons of a VTP file; everything else is passed over."""
     root, encoding = _open(data)
     vertices: list[FloatArray] = [np.zeros((0, 3))]
-    faces: list[IntArray] = [np.zeros((0, 3), dtype=np.int64)]
+    corners: list[IntArray] = [np.zeros(0, dtype=np.int64)]
+    sizes: list[IntArray] = [np.zeros(0, dtype=np.int64)]
+    before = 0
     for piece in root.iterfind("PolyData/Piece"):
-        if int(piece.get("NumberOfStrips") or 0):
-            raise ValueError("it holds triangle strips: save it again with triangles")
-        n, m = int(piece.get("NumberOfPoints") or 0), int(piece.get("NumberOfPolys") or 0)
-        before = sum(map(len, vertices))
+        n = _count(piece, "NumberOfPoints")
         vertices.append(as_doubles(_array(piece, "Points/DataArray", encoding, 3 * n)).reshape(-1, 3))
-        if m:
-            ends = _array(piece, "Polys/DataArray[@Name='offsets']", encoding, m).astype(np.int64)
-            sizes = np.diff(ends, prepend=0)
-            if sizes.min() < 0:
-                raise ValueError("the ends of its polygons do not increase")
-            corners = _array(piece, "Polys/DataArray[@Name='connectivity']", encoding, int(ends[-1]))
-            if corners.dtype.kind == "f":
-                raise ValueError("its faces name vertices by numbers with a fraction")
-            faces.append(fans(corners.astype(np.int64), sizes) + before)
-    return np.concatenate(vertices), np.concatenate(faces)
+        for cells in ("Polys", "Strips"):
+            m = _count(piece, f"NumberOf{cells}")
+            if m:
+                found = _cells(piece, cells, encoding, m)
+                found = strips(*found) if cells == "Strips" else found
+                corners.append(found[0] + before)
+                sizes.append(found[1])
+        before += n
+    return Polygons(np.concatenate(vertices), np.concatenate(corners), np.concatenate(sizes))
+
+
+def _count(piece: ElementTree.Element, name: str) -> int:
+    """A number of the header."""
+    text = piece.get(name) or "0"
+    if not text.strip().isdecimal():
+        raise ValueError(f"its {name} is no number: {text[:40]!a}")
+    return int(text)
+
+
+def _cells(piece: ElementTree.Element, tag: str, encoding: Encoding, count: int) -> tuple[IntArray, IntArray]:
+    """Corners and sizes of the cells under a tag."""
+    ends = _array(piece, f"{tag}/DataArray[@Name='offsets']", encoding, count).astype(np.int64)
+    sizes = np.diff(ends, prepend=0)
+    if sizes.min() < 0:
+        raise ValueError("the ends of its polygons do not increase")
+    corners = _array(piece, f"{tag}/DataArray[@Name='connectivity']", encoding, int(ends[-1]))
+    if corners.dtype.kind == "f":
+        raise ValueError("its faces name vertices by numbers with a fraction")
+    return corners.astype(np.int64), sizes
 
 
 def _open(data: bytes) -> tuple[ElementTree.Element, Encoding]:
     """The XML part, and how its arrays are stored."""
+    plain = without_mark(data)
+    if plain is not data:
+        data = re.sub(rb"^\s*<\?xml.*?\?>", b"", plain, flags=re.DOTALL)  # it may name the encoding that the mark named
     appended = APPENDED.search(data)
     text = data[: appended.start()] + b"</VTKFile>" if appended else data
     if b"<!" in re.sub(rb"<!--.*?-->", b"", text, flags=re.DOTALL):
@@ -92,7 +114,7 @@ def _array(piece: ElementTree.Element, place: str, encoding: Encoding, count: in
     kind = TYPES[str(node.get("type"))]
     content = (node.text or "").encode()
     if node.get("format") == "ascii":
-        values = as_values(content.split(), np.float64 if kind[0] == "f" else np.int64)
+        values = as_values(content.split(), np.float64 if kind[0] == "f" else np.int64, f"array {place}")
     else:
         if node.get("format") == "appended":
             start = int(node.get("offset") or 0)

@@ -43,9 +43,11 @@ def _write_stl(place: Path, mesh: TriangleMesh) -> None:
 def write_ply(place: Path, shape: TriangleMesh | PointCloud, functions: Mapping[str, NDArray[Any]]) -> None:
     """Write binary PLY in double precision, each function on the vertices, (n,), a property of its name.
 
-    Floats are stored as double, integers as int, uint8 as uchar: so `red`, `green` and `blue` are colours.
+    Floats are stored as double, integers as int where they fit, else as double, uint8 as uchar: `red`, `green`, `blue`
+    are colours.
     """
     fields = dict(zip("xyz", positions(shape).T, strict=True)) | dict(functions)
+    fields = {name: f.astype(np.float64) if _is_large(f) else f for name, f in fields.items()}
     rows = np.empty(len(positions(shape)), [(name, PLY_TYPES[f.dtype.kind][0]) for name, f in fields.items()])
     header = ["ply", "format binary_little_endian 1.0", f"element vertex {len(rows)}"]
     for name, f in fields.items():
@@ -62,6 +64,11 @@ def write_ply(place: Path, shape: TriangleMesh | PointCloud, functions: Mapping[
         file.write("\n".join([*header, "end_header\n"]).encode("ascii"))
         file.write(rows.tobytes())
         file.write(faces.tobytes())
+
+
+def _is_large(values: NDArray[Any]) -> bool:
+    """Whether integers do not fit into the 32 bits that PLY has for them."""
+    return values.dtype.kind == "i" and bool((np.abs(values) > np.iinfo(np.int32).max).any())
 
 
 def write_vtp(place: Path, shape: TriangleMesh | PointCloud, functions: Mapping[str, NDArray[Any]]) -> None:

@@ -1,7 +1,7 @@
 """Render a surface or a point cloud to an image, off screen, in the house look.
 
 White ground, smooth shading, RdBu_r symmetric about zero for signed functions with nodal lines in black, viridis for
-positive ones, and one camera for each shape. A `SurfaceView` says what is to be seen; `render` turns it into pixels.
+positive ones, seen from the broad side. A `SurfaceView` says what is to be seen; `render` turns it into pixels.
 """
 
 from __future__ import annotations
@@ -9,7 +9,7 @@ from __future__ import annotations
 import ctypes
 import os
 import sys
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -17,31 +17,16 @@ from numpy.typing import ArrayLike, NDArray
 
 from spectral_notes._checks import FloatArray, as_choice, as_count, as_floats
 from spectral_notes.meshes import PointCloud, TriangleMesh, positions
+from spectral_notes.plotting.cameras import Camera, camera_of
 from spectral_notes.plotting.pyvista_loading import load_pyvista
 
 Image = NDArray[np.uint8]
-Camera = tuple[tuple[float, float, float], tuple[float, float, float]]
 
 LABEL_COLORS = (
     "#4477aa", "#ee6677", "#228833", "#ccbb44", "#66ccee", "#aa3377", "#bbbbbb", "#ee7733", "#009988", "#882255",
     "#ddaa33", "#332288",
 )
 PLAIN_COLOR = "#d9dde3"
-
-# Where the eye stands (seen from the shape's centre) and which way is up, for each family of shapes.
-CAMERAS: dict[str, Camera] = {
-    "egg": ((1.0, -0.4, 0.3), (0.0, 0.0, 1.0)),
-    "potato": ((0.8, -1.2, 0.7), (0.0, 0.0, 1.0)),
-    "torus": ((0.6, -1.0, 1.05), (0.0, 0.0, 1.0)),
-    "sheet": ((-0.45, -1.0, 0.6), (0.0, 0.0, 1.0)),
-    "cap": ((0.4, -0.8, 1.0), (0.0, 0.0, 1.0)),
-    "goat": ((0.6, 0.35, 1.0), (0.0, 1.0, 0.0)),
-    **dict.fromkeys(("doll", "person"), ((0.3, 0.15, 1.0), (0.0, 1.0, 0.0))),
-    "bracket": ((0.8, -1.1, 0.8), (0.0, 0.0, 1.0)),
-    "terrain": ((-0.45, -1.0, 0.75), (0.0, 0.0, 1.0)),
-    **dict.fromkeys(("rectangle", "disk", "triangle", "drum"), ((0.0, 0.0, 1.0), (0.0, 1.0, 0.0))),
-}
-DEFAULT_CAMERA: Camera = ((1.0, -1.6, 1.0), (0.0, 0.0, 1.0))
 
 GL_REMEDY = """Surfaces are rendered with VTK, which found neither EGL nor OSMesa on this machine. Install one of them:
   Debian, Ubuntu   sudo apt-get install libegl1        (or libosmesa6)
@@ -76,7 +61,7 @@ class SurfaceView:
     points : array_like, shape (q, 3), optional
         Positions marked by dots.
     camera : ((x, y, z), (x, y, z)), optional
-        Direction to the eye and the upward direction; by default the shape's own.
+        Direction to the eye and the upward direction; by default read off the shape (`cameras`).
 
     Raises
     ------
@@ -120,6 +105,8 @@ class SurfaceView:
             object.__setattr__(self, "arrows", (feet, as_floats("arrows' vectors", self.arrows[1], (len(feet), 3))))
         if self.points is not None:
             object.__setattr__(self, "points", as_floats("points", self.points, ("q", 3)))
+        if self.camera is None:
+            object.__setattr__(self, "camera", camera_of(self.surface))
         object.__setattr__(self, "curves", tuple(as_floats("curves", curve, ("c", 3)) for curve in self.curves))
 
     @property
@@ -155,7 +142,8 @@ class SurfaceView:
     @property
     def view_direction(self) -> Camera:
         """Direction to the eye and the upward direction."""
-        return self.camera or CAMERAS.get(self.surface.name.split("_")[0], DEFAULT_CAMERA)
+        assert self.camera is not None
+        return self.camera
 
 
 def render(view: SurfaceView, *, size: int = 600) -> Image:
@@ -185,6 +173,7 @@ def render(view: SurfaceView, *, size: int = 600) -> Image:
     (64, 64, 3)
     """
     size = as_count("size", size, 16)
+    view = placed(view)
     choose_gl_window()
     pv = load_pyvista()  # after the choice of window, which VTK reads when it starts
 
@@ -201,6 +190,27 @@ def render(view: SurfaceView, *, size: int = 600) -> Image:
     finally:
         plotter.close()
     return image
+
+
+def placed(view: SurfaceView) -> SurfaceView:
+    """Return a view as graphics of single precision can draw it: one far off comes to the origin, in size one."""
+    low, high = view.positions.min(axis=0), view.positions.max(axis=0)
+    middle, size = (low + high) / 2, float((high - low).max()) or 1.0
+    if 1e-3 < size < 1e3 and np.abs(middle).max() < 1e2 * size:
+        return view
+
+    def move(points: ArrayLike) -> FloatArray:
+        return (np.asarray(points) - middle) / size
+
+    surface: TriangleMesh | PointCloud
+    if isinstance(view.surface, PointCloud):
+        surface = PointCloud(move(view.surface.points), view.surface.name)
+    else:
+        surface = TriangleMesh(move(view.surface.vertices), view.surface.faces, view.surface.name)
+    arrows = None if view.arrows is None else (move(view.arrows[0]), np.asarray(view.arrows[1]) / size)
+    points = None if view.points is None else move(view.points)
+    curves = tuple(move(curve) for curve in view.curves)
+    return replace(view, surface=surface, arrows=arrows, points=points, curves=curves)
 
 
 def choose_gl_window() -> None:

@@ -18,7 +18,7 @@ import scipy.linalg
 import scipy.sparse as sp
 from scipy.linalg.blas import dtrsm
 
-from spectral_notes._checks import FloatArray
+from spectral_notes._checks import Failure, FloatArray
 from spectral_notes.solver.factorization import Solve, count_below, factorize
 from spectral_notes.solver.lanczos import Watch, block_lanczos, gram
 from spectral_notes.solver.slicing import slice_spectrum
@@ -142,8 +142,8 @@ def measure(
         raise ValueError(f"L must be positive semidefinite; it has the eigenvalue {evals.min():.3g}")
     allowed = 100 * tol * evals.max() + rounding
     if errors.max() > allowed:
-        raise ArithmeticError(
-            f"a mode has the residual {errors.max():.2g}, more than {allowed:.2g}: try robust_mesh_laplacian"
+        raise Failure(
+            f"a mode has the residual {errors.max():.2g}, more than {allowed:.2g}: try $robust"
         )
     if (np.diff(evals) < 0).any():
         order = np.argsort(evals, kind="stable")

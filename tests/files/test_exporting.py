@@ -53,9 +53,9 @@ def test_ply_is_read_back_equal(shape, tmp_path):
     assert list(rows.dtype.names) == ["x", "y", "z", *NAMES, "red", "green", "blue"]
     np.testing.assert_array_equal(np.stack([rows[name] for name in NAMES[:11]], axis=1), MODES)
     np.testing.assert_array_equal(rows["label"], LABELS)
-    vertices, faces = parse_ply((tmp_path / "out.ply").read_bytes())
-    np.testing.assert_array_equal(vertices, positions(shape))
-    assert len(faces) == (80 if isinstance(shape, TriangleMesh) else 0)
+    file = parse_ply((tmp_path / "out.ply").read_bytes())
+    np.testing.assert_array_equal(file.vertices, positions(shape))
+    assert len(file.sizes) == (80 if isinstance(shape, TriangleMesh) else 0)
 
 
 def test_csv_and_npz_are_read_back_equal(shape, tmp_path):
@@ -69,6 +69,20 @@ def test_csv_and_npz_are_read_back_equal(shape, tmp_path):
         np.testing.assert_array_equal(arrays["mode"], MODES)
         assert arrays["label"].dtype == np.int64
         np.testing.assert_array_equal(arrays["vertices" if isinstance(shape, TriangleMesh) else "points"], positions(shape))
+
+
+@pytest.mark.parametrize("ending", ARRAY_FORMATS)
+def test_large_integers_survive_in_every_format(tmp_path, ending):
+    ids = 3_000_000_000 + np.arange(42)
+    ids[0] = -(2**53)
+    write_arrays(tmp_path / f"out{ending}", BALL, {"id": ids})
+    if ending == ".csv":
+        back = np.genfromtxt(tmp_path / "out.csv", delimiter=",", names=True)["id"]
+    elif ending == ".npz":
+        back = np.load(tmp_path / "out.npz")["id"]
+    else:
+        back = load_pyvista().read(tmp_path / f"out{ending}")["id"]
+    np.testing.assert_array_equal(back, ids)
 
 
 @pytest.mark.parametrize("ending", ["vtp", "ply"])
@@ -110,6 +124,11 @@ def test_an_interrupted_export_leaves_the_old_file_and_no_other(tmp_path, monkey
         ({"two words": np.ones(42)}, {}, "arrays must have names of letters, digits and _"),
         ({"x": np.ones(42)}, {}, "none of .*; got 'x'"),
         ({"a": np.ones(42)}, {"colors": "b"}, "colors must be one of 'a'; got 'b'"),
+        ({"allow_pickle": np.ones(42)}, {}, "none of .*; got 'allow_pickle'"),
+        ({"a": np.ones((42, 2)), "a_1": np.ones(42)}, {}, "names that differ once columns are numbered; 'a_1' comes twice"),
+        ({"a_1": np.ones(42), "a": np.ones((42, 2))}, {}, "names that differ once columns are numbered; 'a_1' comes twice"),
+        ({"id": np.full(42, 2**60)}, {}, "id must hold integers within 2\\^53, which files keep; found 1152921504606846976"),
+        ({"id": np.full(42, 2**63, dtype=np.uint64)}, {}, "id must hold integers within 2\\^53"),
     ],
 )
 def test_what_does_not_fit_is_refused(tmp_path, functions, options, message):

@@ -15,7 +15,9 @@ from spectral_notes.eigenbasis import compute_eigenbasis
 from spectral_notes.laplacians import cotan_laplacian
 from spectral_notes.meshes import PointCloud, TriangleMesh
 from spectral_notes.plotting import rendering
+from spectral_notes.plotting.cameras import camera_of, guess_up
 from spectral_notes.plotting.rendering import SurfaceView, render
+from spectral_notes.shapes import bracket, disk, doll, egg, goat, potato, sphere, spherical_cap, terrain, torus
 
 FRONT = ((0.0, 0.0, 1.0), (0.0, 1.0, 0.0))
 
@@ -77,10 +79,44 @@ def test_marks_and_clouds_leave_ink(square):
     assert ink(render(SurfaceView(cloud, cloud.points[:, 0], camera=FRONT), size=150)).mean() > 0.02
 
 
-def test_the_same_shape_is_seen_from_the_same_side():
-    walking = SurfaceView(TriangleMesh(np.eye(3), [[0, 1, 2]], name="doll_walk"))
-    assert walking.view_direction == rendering.CAMERAS["doll"]
-    assert SurfaceView(TriangleMesh(np.eye(3), [[0, 1, 2]])).view_direction == rendering.DEFAULT_CAMERA
+UPRIGHT = {"y": (goat("rest"), goat("walk"), goat("look"), doll("rest"), doll("wave"), doll("walk")),
+           "z": (egg(2), potato(2), bracket(), torus(), sphere(2), disk(), terrain(), spherical_cap())}
+
+
+@pytest.mark.parametrize("up", UPRIGHT)
+def test_up_is_read_off_the_shape_and_not_off_its_name(up):
+    for mesh in UPRIGHT[up]:
+        named = TriangleMesh(mesh.vertices, mesh.faces, "disk_scan")
+        assert guess_up(named)[0] == up, mesh.name
+        assert SurfaceView(named).camera == SurfaceView(mesh).camera
+        turned = TriangleMesh(1e-7 * mesh.vertices[:, [0, 2, 1]] * [1, -1, 1] + 3.0, mesh.faces, mesh.name)
+        if mesh.name.startswith(("goat", "doll")):  # lying the other way, they stand up along z
+            assert guess_up(turned)[0] == "z", mesh.name
+
+
+def test_the_broad_side_is_turned_to_the_eye():
+    for up, axis in (("y", 1), ("z", 2), ("x", 0)):
+        for deep in {0, 1, 2} - {axis}:
+            size = np.ones(3)
+            size[axis], size[deep] = 2.0, 0.3
+            eye, upward = camera_of(TriangleMesh(sphere(2).vertices * size, sphere(2).faces), up)
+            assert np.argmax(np.abs(upward)) == axis
+            assert np.argmax(np.abs(eye)) == deep
+            assert eye[axis] > 0
+    eye, upward = camera_of(disk())
+    assert eye == (0.0, 0.0, 1.0)
+    assert upward == (0.0, 1.0, 0.0)
+    cloud = PointCloud(doll().vertices[::3])
+    assert camera_of(cloud) == camera_of(doll())
+
+
+def test_a_picture_does_not_depend_on_place_and_unit():
+    mesh = egg(2)
+    here = render(SurfaceView(mesh, mesh.vertices[:, 2]), size=80).astype(int)
+    for scale, shift in ((1e-7, 0.0), (1e-3, 1e7), (1e7, -1e9)):
+        far = TriangleMesh(scale * mesh.vertices + shift, mesh.faces)
+        there = render(SurfaceView(far, mesh.vertices[:, 2], camera=SurfaceView(mesh).camera), size=80).astype(int)
+        assert np.abs(here - there).mean() < 0.5
 
 
 def test_colour_limits():

@@ -1,0 +1,192 @@
+"""Mend what scans and exports bring: cracks, floating pieces, faces that disagree about which side is out."""
+
+from __future__ import annotations
+
+import igl
+import numpy as np
+import scipy.sparse as sp
+from numpy.typing import NDArray
+from scipy.spatial import cKDTree
+
+from spectral_notes._checks import IntArray, as_number
+from spectral_notes.meshes import (
+    TriangleMesh,
+    as_mesh,
+    clean_mesh,
+    connected_components,
+    edges_with_counts,
+    face_areas,
+)
+
+
+def weld_vertices(mesh: TriangleMesh, tolerance: float) -> TriangleMesh:
+    """Return the mesh with vertices that lie within a tolerance of each other made one, which sews up cracks.
+
+    Each group, joined by steps of at most the tolerance, keeps the position of its first vertex; then broken and
+    repeated faces and unused vertices go, as in `clean_mesh`.
+
+    Parameters
+    ----------
+    mesh : TriangleMesh
+        The mesh.
+    tolerance : float
+        Largest distance, in units of the vertices, 0 <= tolerance; less than an eighth of the mesh's diagonal.
+
+    Returns
+    -------
+    TriangleMesh
+        The mesh, sewn up.
+
+    Raises
+    ------
+    TypeError, ValueError
+        If it is no mesh, the tolerance is negative or too large, or no face is left.
+
+    Examples
+    --------
+    >>> cracked = TriangleMesh([[0, 0, 0], [1, 0, 0], [0, 1, 0], [1, 1e-6, 0], [1, 1, 0], [1e-6, 1, 0]],
+    ...                        [[0, 1, 2], [3, 4, 5]])
+    >>> weld_vertices(cracked, 1e-5)
+    TriangleMesh('', 4 vertices, 2 faces)
+    """
+    mesh = as_mesh(mesh)
+    tolerance = as_number("tolerance", tolerance, low=0.0)
+    diagonal = float(np.linalg.norm(np.ptp(mesh.vertices, axis=0)))
+    if tolerance and tolerance >= diagonal / 8:
+        raise ValueError(f"tolerance must be well below the size of the mesh, {diagonal:.3g}; got {tolerance:g}")
+    vertices = mesh.vertices - mesh.vertices.mean(axis=0)
+    pairs = cKDTree(vertices).query_pairs(tolerance, output_type="ndarray")
+    graph = sp.csr_array((np.ones(len(pairs)), (pairs[:, 0], pairs[:, 1])), (mesh.n_vertices, mesh.n_vertices))
+    _, group = sp.csgraph.connected_components(graph, directed=False)
+    _, first = np.unique(group, return_index=True)
+    return clean_mesh(mesh.vertices, first[group][mesh.faces], mesh.name)
+
+
+def keep_pieces(mesh: TriangleMesh, *, smallest: float = 0.0, largest_only: bool = False) -> TriangleMesh:
+    """Return the mesh without its small pieces, as scans have them floating about; unused vertices go as well.
+
+    Parameters
+    ----------
+    mesh : TriangleMesh
+        The mesh.
+    smallest : float
+        A piece stays if its area is at least this share of the largest piece's, 0 <= smallest <= 1.
+    largest_only : bool
+        Keep the piece of the largest area alone, of equal ones the first.
+
+    Returns
+    -------
+    TriangleMesh
+        The pieces that stay, vertices and faces in their order.
+
+    Raises
+    ------
+    TypeError, ValueError
+        If it is no mesh, or the share is not between 0 and 1.
+
+    Examples
+    --------
+    >>> two = TriangleMesh(np.arange(6)[:, None] * [[1, 0, 0]] + np.tile([[0, 0, 0], [0, 3, 0], [1, 0, 0]], (2, 1)),
+    ...                    [[0, 1, 2], [3, 4, 5]])
+    >>> keep_pieces(two, largest_only=True).n_faces
+    1
+    """
+    mesh = as_mesh(mesh)
+    smallest = as_number("smallest", smallest, low=0.0)
+    if smallest > 1.0:
+        raise ValueError(f"smallest must be a share of the largest piece, at most 1; got {smallest:g}")
+    piece = connected_components(mesh)[mesh.faces[:, 0]]
+    areas = np.bincount(piece, face_areas(mesh))
+    kept = np.arange(len(areas)) == np.argmax(areas) if largest_only else areas >= smallest * areas.max()
+    used, faces = np.unique(mesh.faces[kept[piece]], return_inverse=True)
+    return TriangleMesh(mesh.vertices[used], faces.reshape(-1, 3), mesh.name)
+
+
+def orient_faces(mesh: TriangleMesh) -> TriangleMesh:
+    """Return the mesh with faces that agree with their neighbours; closed pieces point outward, others as most did.
+
+    A closed piece inside another, the wall of a hollow, points into the hollow. Across edges of three faces and more
+    nothing can agree, and a Möbius strip keeps a seam: `health` still counts those edges.
+
+    Parameters
+    ----------
+    mesh : TriangleMesh
+        The mesh.
+
+    Returns
+    -------
+    TriangleMesh
+        The same vertices and faces in the same order; some faces are turned around.
+
+    Raises
+    ------
+    TypeError
+        If it is no mesh.
+
+    Examples
+    --------
+    >>> from spectral_notes.meshes import signed_volume
+    >>> tetrahedron = TriangleMesh(np.eye(4)[:, :3], [[0, 1, 2], [0, 1, 3], [1, 2, 3], [2, 0, 3]])
+    >>> round(6 * signed_volume(orient_faces(tetrahedron)), 12)
+    1.0
+    """
+    mesh = as_mesh(mesh)
+    faces, patch = (np.asarray(array) for array in igl.bfs_orient(mesh.faces))
+    turned = (faces != mesh.faces).any(axis=1) & ~_same_turn(faces, mesh.faces)
+    most = np.bincount(patch, np.where(turned, -1.0, 1.0) * face_areas(mesh)) < 0
+    agreed = TriangleMesh(mesh.vertices, _flipped(faces, most[patch]), mesh.name)
+    return turned_outward(agreed)
+
+
+def turned_outward(mesh: TriangleMesh) -> TriangleMesh:
+    """Return the mesh with the faces of closed pieces that are inside out turned around."""
+    return TriangleMesh(mesh.vertices, _flipped(mesh.faces, wrong_side_out(mesh)), mesh.name)
+
+
+def _same_turn(faces: IntArray, others: IntArray) -> NDArray[np.bool_]:
+    """Whether each face goes round its corners as the other does."""
+    return np.any([(np.roll(faces, k, axis=1) == others).all(axis=1) for k in range(3)], axis=0)
+
+
+def _flipped(faces: IntArray, which: NDArray[np.bool_]) -> IntArray:
+    """Faces, some of them turned around."""
+    return np.where(which[:, None], faces[:, [0, 2, 1]], faces)
+
+
+def wrong_side_out(mesh: TriangleMesh) -> NDArray[np.bool_]:
+    """Return which faces belong to a closed piece whose faces agree and point to the wrong side, shape (m,).
+
+    The right side is outward; of a piece inside an odd number of others, the wall of a hollow, it is inward.
+    """
+    piece = connected_components(mesh)
+    pairs, counts = edges_with_counts(mesh)
+    sound = np.zeros(piece.max() + 1, dtype=bool)
+    sound[piece[mesh.faces]] = True
+    sound[piece[pairs[:, 0]][(counts != 2) | misoriented_edges(mesh)]] = False
+    owner = piece[mesh.faces[:, 0]]
+    a, b, c = (mesh.vertices[mesh.faces] - mesh.vertices.mean(axis=0)).transpose(1, 0, 2)
+    volume = np.bincount(owner, np.einsum("fd,fd->f", a, np.cross(b, c)), len(sound))
+    closed = np.flatnonzero(sound)
+    first = np.unique(owner, return_index=True)
+    low, high = np.full((len(sound), 3), np.inf), np.full((len(sound), 3), -np.inf)
+    np.minimum.at(low, piece, mesh.vertices)
+    np.maximum.at(high, piece, mesh.vertices)
+    face_of = dict(zip(first[0].tolist(), first[1].tolist(), strict=True))
+    depth = np.zeros(len(sound), dtype=np.int64)
+    for number in closed:
+        around = closed[((low[closed] < low[number]) & (high[number] < high[closed])).all(axis=1)]
+        for other in around:
+            point = mesh.vertices[mesh.faces[face_of[int(number)], :1]]
+            turns = igl.winding_number(mesh.vertices, mesh.faces[owner == other], point)
+            depth[number] += round(abs(float(np.asarray(turns).ravel()[0])))
+    wrong = sound & (volume != 0) & ((volume > 0) == (depth % 2 == 1))
+    return wrong[owner]
+
+
+def misoriented_edges(mesh: TriangleMesh) -> NDArray[np.bool_]:
+    """Return which edges of `edges(mesh)` have two faces that run along them in one direction, shape (e,)."""
+    a, b = mesh.faces.ravel(), np.roll(mesh.faces, -1, axis=1).ravel()
+    code = np.minimum(a, b) * mesh.n_vertices + np.maximum(a, b)
+    _, place, counts = np.unique(code, return_inverse=True, return_counts=True)
+    balance = np.bincount(place.ravel(), np.where(a < b, 1, -1))
+    return (counts == 2) & (balance != 0)
