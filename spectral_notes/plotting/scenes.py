@@ -24,7 +24,7 @@ from spectral_notes._checks import FloatArray, as_instance
 from spectral_notes.meshes import PointCloud
 from spectral_notes.plotting.packing import Packed, pack, registering
 from spectral_notes.plotting.pages import Page, page
-from spectral_notes.plotting.rendering import LABEL_COLORS, PLAIN_COLOR, SurfaceView, placed, values_to_draw
+from spectral_notes.plotting.rendering import LABEL_COLORS, PLAIN_COLOR, SurfaceView, values_to_draw
 
 MIME = "application/vnd.spectral-notes.scenes+json"
 SWITCH = "SPECTRAL_NOTES_SCENES"  # set while the notebooks run for the book: figures then bring their scenes
@@ -76,7 +76,6 @@ def scene(views: Sequence[SurfaceView], *, color_bar: str = "") -> Packed:
     meshes, pictures = {}, []
     for view in views:
         as_instance("views", view, SurfaceView, "SurfaceView(mesh, values) makes one")
-        view = placed(view)
         eye, up = (np.asarray(direction, dtype=np.float64) for direction in view.view_direction)
         if np.linalg.norm(np.cross(up, eye)) < 1e-9 * np.linalg.norm(up) * np.linalg.norm(eye):
             raise ValueError(f"camera must look along another direction than up; got {view.view_direction}")
