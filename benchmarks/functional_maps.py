@@ -1,126 +1,264 @@
-"""Errors of maps between differently triangulated poses, beside pyFM's on the same pairs in the same run.
+"""Errors of maps between persons, poses and published sets, beside pyFM's on the same pairs in the same run.
 
-    python benchmarks/functional_maps.py [--pairs tuned|reported|all] [--samples 100]
+    python benchmarks/functional_maps.py [--pairs tuned|reported] [--methods "ours 0" ...] [--result FILE]
+    python benchmarks/functional_maps.py --set faust|scape|shrec19|tosca --folder FOLDER [--number 20]
 
-Printed for each pair: the mean geodesic error over the square root of the area, at sampled vertices, of pyFM (five
-landmarks, ZoomOut to 200 modes), without and with its orientation term, and of `match_shapes` with five landmarks,
-three, and none; the share of the area that lands right side up; and the time over that of pyFM's ZoomOut. The pairs of
-the first group were used to choose the method; those of the second are only reported on. Needs pyfmaps.
+For each pair and method: the mean geodesic error over the square root of the area and its standard error, at sampled
+vertices; the share of them that is off by more than 0.2, as on a flipped limb; the area that lands right side up; the
+doubt; the seconds beside pyFM's. Methods are pyFM (landmarks, ZoomOut to 200 modes; without and with its orientation
+term) and `match_shapes`, with five landmarks, three, and none. Results are kept as JSON and not run again.
+Which persons were tuned on and which are only reported was fixed before the first run, in `tuned_and_reported.json`.
+The public sets are read from a folder of your own, in the layout in which they are published; see `published_pairs`.
+`--doubt` fits the weights of the doubt to the tuned pairs and counts it on the reported ones. Needs pyfmaps.
 """
 
 from __future__ import annotations
 
 import argparse
+import itertools
+import json
+import os
 import time
-from collections.abc import Callable
-from importlib.metadata import version
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 import scipy.sparse as sp
-from pyFM.functional import FunctionalMapping
-from pyFM.mesh import TriMesh
-from pyFM.refine import mesh_zoomout_refine
 from threadpoolctl import threadpool_limits
 
 from spectral_notes import compute_eigenbasis, cotan_laplacian, shapes
 from spectral_notes.descriptors import unit_area
+from spectral_notes.files import read_mesh
 from spectral_notes.functional_maps import nearest_rows
-from spectral_notes.matching.point_maps import coarse_copy, geodesic_errors, orientation_score, surface_weights
-from spectral_notes.matching.shape_matching import match_shapes
+from spectral_notes.matching import geodesic_errors, match_shapes, orientation_score
+from spectral_notes.matching.map_refinement import sample_vertices
 from spectral_notes.meshes import TriangleMesh
-from spectral_notes.shapes import bodies
-from spectral_notes.shapes.contouring import mesh_zero_set
-from spectral_notes.shapes.posing import body_distance
 
-K = 200
-BODIES: dict[str, tuple[Any, tuple[float, ...], tuple[float, ...], float, Callable[[str], TriangleMesh]]] = {
-    "doll": (bodies.DOLL, (-0.96, -0.06, -0.26), (1.06, 1.91, 0.31), 0.0245, shapes.doll),
-    "goat": (bodies.GOAT, (-0.96, -0.06, -0.36), (1.16, 1.51, 0.36), 0.0305, shapes.goat),
-}
-LANDMARKS = {  # at rest: head, hands, feet; nose, hooves
+HERE = Path(__file__).parent
+SPLIT = json.loads((HERE / "tuned_and_reported.json").read_text())
+K, N_SAMPLES, FAR = 200, 100, 0.2
+METHODS = ("pyFM 5", "pyFM 5 oriented", "pyFM 0", "pyFM 0 oriented", "ours 5", "ours 3", "ours 0")
+POSES = ("stand", "walk", "reach")
+LANDMARKS = {  # where the bodies stand at rest: head, hands, feet; nose, hooves
     "doll": [[0, 1.83, 0.01], [0.97, 1.17, 0.01], [-0.83, 1.19, 0.01], [0.2, 0.03, 0.18], [-0.2, 0.03, 0.18]],
     "goat": [[1.08, 0.97, 0], [0.42, 0, 0.15], [0.42, 0, -0.15], [-0.49, 0, 0.15], [-0.49, 0, -0.15]],
-}
-TUNED = [("doll", "rest", "walk"), ("doll", "arms_down", "wave"), ("goat", "rest", "walk")]
-REPORTED = [
-    ("doll", "rest", "arms_down"), ("doll", "walk", "wave"), ("doll", "wave", "rest"), ("doll", "walk", "arms_down"),
-    ("goat", "rest", "look"), ("goat", "walk", "look"), ("goat", "look", "rest"),
-]
+}  # fmt: skip
 
 
-class Body:
-    """Two triangulations of a body that share no vertex, and the true map from the second to the first."""
+@dataclass(frozen=True, eq=False)
+class Pair:
+    """Hold two shapes, vertices of 2 and their true images on 1, and five landmarks as pairs."""
 
-    def __init__(self, name: str) -> None:
-        limbs, low, high, step, self.pose = BODIES[name]
-        rest = self.pose("rest")
-        points, self.faces_1 = mesh_zero_set(body_distance(limbs, 0.02), low, high, step)
-        self.P_1 = surface_weights(points, rest)
-        self.faces_2, self.P_2 = coarse_copy(rest, 8000)
-        at_rest = self.P_2 @ rest.vertices
-        self.true_21 = nearest_rows(self.P_1 @ rest.vertices, at_rest)
-        lm_2 = nearest_rows(at_rest, np.array(LANDMARKS[name], dtype=np.float64))
-        self.landmarks = np.column_stack([self.true_21[lm_2], lm_2])
-
-    def pair(self, pose_1: str, pose_2: str) -> tuple[TriangleMesh, TriangleMesh]:
-        return (TriangleMesh(self.P_1 @ self.pose(pose_1).vertices, self.faces_1),
-                TriangleMesh(self.P_2 @ self.pose(pose_2).vertices, self.faces_2))
+    name: str
+    mesh_1: TriangleMesh
+    mesh_2: TriangleMesh
+    at_2: np.ndarray
+    true_21: np.ndarray
+    landmarks: np.ndarray
 
 
-def pyfm_map(one: TriMesh, two: TriMesh, landmarks: Any, w_orient: float) -> tuple[Any, float]:
-    """pyFM's map after ZoomOut by the weights of its manual, and the seconds of ZoomOut."""
-    model = FunctionalMapping(one, two)
-    model.preprocess(n_descr=100, landmarks=landmarks, subsample_step=2, k_process=K, k_descr=128)
-    model.fit(K=(30, 30), w_descr=1, w_lap=0.1, w_dcomm=1, w_orient=w_orient)
+# --- pairs ----------------------------------------------------------------------------------------------------------
+
+
+def own_pairs(half: str) -> Iterator[tuple[str, Callable[[], Pair]]]:
+    """Yield the pairs of one half, "tuned" or "reported", each with what builds it."""
+    names = SPLIT["persons"][f"{half}_on"]
+    for i, name in enumerate(names):
+        after, pose, other = names[(i + 1) % len(names)], POSES[i % 3], POSES[(i + 1) % 3]
+        for ends in (((name, pose), (name, other)), ((name, pose), (after, other)), ((name, other), (after, other))):
+            yield "person " + " -> ".join(" ".join(end) for end in ends), lambda ends=ends: _persons(*ends)
+    for body in ("goat", "doll"):
+        a, b = SPLIT[body][f"{half}_on"]
+        yield f"{body} {a} -> {b}", lambda body=body, a=a, b=b: _bodies(body, a, b)
+
+
+def _persons(first: tuple[str, str], second: tuple[str, str]) -> Pair:
+    """Two persons, or one in two poses, landmarks at head, hands and feet."""
+    one, two = shapes.person(*first), shapes.person(*second)
+    true_21 = np.asarray(shapes.person_correspondence(*second, *first).argmax(axis=1)).ravel()
+    parts, rest = shapes.person_segments(*second), two.vertices
+    tips = {"head": [0, 1, 0], "left hand": [1, 0, 0], "right hand": [-1, 0, 0], "left foot": [0, 0, 1],
+            "right foot": [0, 0, 1]}  # fmt: skip
+    marks = np.array([np.where(parts == shapes.PERSON_SEGMENTS.index(part), rest @ way, -np.inf).argmax()
+                      for part, way in tips.items()])  # fmt: skip
+    return _pair(" ".join((*first, "->", *second)), one, two, np.arange(len(true_21)), true_21, marks)
+
+
+def _bodies(body: str, pose_1: str, pose_2: str) -> Pair:
+    """The doll or the goat in two poses, of different triangles."""
+    make = {"doll": shapes.doll, "goat": shapes.goat}[body]
+    rest = make("rest")
+    coarse, P_2 = shapes.coarse_copy(rest, 4000)
+    finer, P_1 = shapes.coarse_copy(rest, 5000)
+    true_21 = nearest_rows(finer.vertices, coarse.vertices)
+    marks = nearest_rows(coarse.vertices, np.array(LANDMARKS[body], dtype=np.float64))
+    one = TriangleMesh(P_1 @ make(pose_1).vertices, finer.faces)
+    two = TriangleMesh(P_2 @ make(pose_2).vertices, coarse.faces)
+    return _pair(f"{body} {pose_1} -> {pose_2}", one, two, np.arange(len(true_21)), true_21, marks)
+
+
+def _pair(
+    name: str, one: TriangleMesh, two: TriangleMesh, at_2: np.ndarray, true_21: np.ndarray, marks: np.ndarray | None
+) -> Pair:
+    """A pair with a sample of its known vertices; without landmarks given, far ones."""
+    if marks is None:
+        order = sample_vertices(two, two.n_vertices)
+        place = {int(vertex): i for i, vertex in reversed(list(enumerate(at_2)))}
+        marks = np.array([place[int(vertex)] for vertex in order if int(vertex) in place][:5])
+    some = np.random.default_rng(0).choice(len(at_2), min(N_SAMPLES, len(at_2)), replace=False)
+    return Pair(name, one, two, at_2[some], true_21[some], np.column_stack([true_21[marks], at_2[marks]]))
+
+
+def published_pairs(kind: str, folder: Path, number: int | None = None) -> Iterator[tuple[str, Callable[[], Pair]]]:
+    """Yield the pairs of a public set in a folder of the reader's, each with what builds it, the first `number`.
+
+    faust, scape: remeshed (Ren et al. 2018), shapes `off/NAME.off` and for each `corres/NAME.vts`, a line for each
+    template point with the number of its vertex, from 1; all ordered pairs of neighbours in the order of names.
+    shrec19: remeshed, `off/N.off` and `corres/A_B.map`, for each vertex of A a vertex of B, from 1.
+    tosca: `NAME.vert` and `NAME.tri`, plain numbers, faces from 1; poses of one class, cat0 to cat10, share numbers.
+    """
+    if kind in ("faust", "scape"):
+        names = sorted(path.stem for path in (folder / "off").glob("*.off"))
+        found = [(a, b, None) for a, b in itertools.pairwise(names)]
+    elif kind == "shrec19":
+        maps = sorted((folder / "corres").glob("*.map"))
+        found = [(*path.stem.split("_"), path) for path in maps]
+    else:
+        names = sorted((path.stem for path in folder.glob("*.vert")), key=lambda name: (_class(name), len(name), name))
+        found = [(a, b, None) for a, b in itertools.pairwise(names) if _class(a) == _class(b)]
+    if not found:
+        raise SystemExit(f"no pair of the set {kind} in {folder}: is its layout the one described in published_pairs?")
+    for a, b, path in found[:number]:
+        yield f"{kind} {a} -> {b}", lambda a=a, b=b, path=path: _published(kind, folder, a, b, path)
+
+
+def _class(name: str) -> str:
+    """The class of a TOSCA shape: its name without the number."""
+    return name.rstrip("0123456789")
+
+
+def _published(kind: str, folder: Path, a: str, b: str, path: Path | None) -> Pair:
+    """One pair of a public set: meshes, known vertices of the second, and their images on the first."""
+    if kind == "tosca":
+        one, two = (TriangleMesh(np.loadtxt(folder / f"{name}.vert"), np.loadtxt(folder / f"{name}.tri", dtype=int) - 1)
+                    for name in (a, b))  # fmt: skip
+        at_2 = true_21 = np.arange(two.n_vertices)
+    else:
+        one, two = (read_mesh(folder / "off" / f"{name}.off") for name in (a, b))
+        if path is not None:
+            at_2 = np.loadtxt(path, dtype=int) - 1
+            true_21 = np.arange(len(at_2))
+        else:
+            true_21, at_2 = (np.loadtxt(folder / "corres" / f"{name}.vts", dtype=int) - 1 for name in (a, b))
+    return _pair(f"{kind} {a} -> {b}", one, two, at_2, true_21, None)
+
+
+# --- methods --------------------------------------------------------------------------------------------------------
+
+
+def run(method: str, pair: Pair, bases: tuple[Any, Any]) -> dict[str, Any]:
+    """The map of one method with what it says of itself, and its seconds of processor time."""
+    n = int(method.split()[1])
     start = time.process_time()
-    _, p2p_21 = mesh_zoomout_refine(model.FM_12, model.mesh1, model.mesh2, nit=17, step=10, return_p2p=True)
-    return np.asarray(p2p_21), time.process_time() - start
+    if method.startswith("ours"):
+        match = match_shapes(pair.mesh_1, pair.mesh_2, pair.landmarks[:n], k=K, bases=bases)
+        found = {"p2p_21": match.p2p_21, "doubt": match.doubt, "reason": match.reason, "clues": match.clues}
+    else:
+        found = {"p2p_21": pyfm_map(pair, bases, pair.landmarks[:n], float(method.endswith("oriented")))}
+    return found | {"seconds": time.process_time() - start}
 
 
-def compare(body: Body, pose_1: str, pose_2: str, n_samples: int) -> dict[str, tuple[float, float, float, str]]:
-    """Mean error, orientation score, seconds and doubt of each method on one pair."""
-    mesh_1, mesh_2 = body.pair(pose_1, pose_2)
-    bases = tuple(unit_area(compute_eigenbasis(*cotan_laplacian(mesh), K)) for mesh in (mesh_1, mesh_2))
-    one, two = (TriMesh(m.vertices / np.sqrt(m.area), m.faces) for m in (mesh_1, mesh_2))
-    for theirs, basis in ((one, bases[0]), (two, bases[1])):  # the same modes for both
+def pyfm_map(pair: Pair, bases: tuple[Any, Any], landmarks: np.ndarray, w_orient: float) -> np.ndarray:
+    """pyFM's map by the weights of its manual, ZoomOut to K modes, on the same modes as ours."""
+    from pyFM.functional import FunctionalMapping
+    from pyFM.mesh import TriMesh
+    from pyFM.refine import mesh_zoomout_refine
+
+    meshes = [TriMesh(mesh.vertices / np.sqrt(mesh.area), mesh.faces) for mesh in (pair.mesh_1, pair.mesh_2)]
+    for theirs, basis in zip(meshes, bases, strict=True):
         theirs.mass = sp.csc_matrix(basis.M)
         theirs.eigenvalues, theirs.eigenvectors = np.array(basis.evals), np.array(basis.evecs)
-    maps: dict[str, tuple[Any, float, str]] = {}
-    for name, weight in (("pyFM 5", 0.0), ("pyFM 5 oriented", 1.0)):
-        p2p_21, seconds = pyfm_map(one, two, body.landmarks, weight)
-        maps[name] = (p2p_21, seconds, "")
-    for n_landmarks in (5, 3, 0):
-        start = time.process_time()
-        match = match_shapes(mesh_1, mesh_2, body.landmarks[:n_landmarks], bases=bases)
-        maps[f"ours {n_landmarks}"] = (match.p2p_21, time.process_time() - start, match.doubt)
-    at = np.random.default_rng(0).choice(len(body.true_21), n_samples, replace=False)
-    errors = geodesic_errors(mesh_1, np.array([p2p_21[at] for p2p_21, _, _ in maps.values()]), body.true_21[at])
-    return {
-        name: (float(error.mean()), orientation_score(mesh_1, mesh_2, p2p_21), seconds, doubt)
-        for (name, (p2p_21, seconds, doubt)), error in zip(maps.items(), errors, strict=True)
-    }
+    model = FunctionalMapping(*meshes)
+    some = landmarks if len(landmarks) else None
+    model.preprocess(n_descr=100, landmarks=some, subsample_step=2, k_process=K, k_descr=128)
+    model.fit(K=(30, 30), w_descr=1, w_lap=0.1, w_dcomm=1, w_orient=w_orient)
+    return np.asarray(mesh_zoomout_refine(model.FM_12, *meshes, nit=17, step=10, return_p2p=True)[1])
+
+
+def measure(pair: Pair, methods: list[str]) -> dict[str, dict[str, Any]]:
+    """What is kept of each method on one pair."""
+    bases = tuple(unit_area(compute_eigenbasis(*cotan_laplacian(mesh), K)) for mesh in (pair.mesh_1, pair.mesh_2))
+    found = {method: run(method, pair, bases) for method in methods}  # type: ignore[arg-type]
+    maps = [one.pop("p2p_21") for one in found.values()]
+    errors = geodesic_errors(pair.mesh_1, np.array([p2p_21[pair.at_2] for p2p_21 in maps]), pair.true_21)
+    for one, p2p_21, error in zip(found.values(), maps, errors, strict=True):
+        one["error"], one["standard_error"] = float(error.mean()), float(error.std() / np.sqrt(len(error)))
+        one["far"] = float((error > FAR).mean())
+        one["orientation"] = orientation_score(pair.mesh_1, pair.mesh_2, p2p_21)
+    return {method: {key: round(value, 4) if isinstance(value, float) else value for key, value in one.items()}
+            for method, one in found.items()}  # fmt: skip
+
+
+def is_wrong(entry: dict[str, Any]) -> bool:
+    """Whether a map counts as wrong: a mean error above 0.1, or a limb on the wrong place."""
+    return bool(entry["error"] > 0.1 or entry["far"] > 0.03)
+
+
+# --- the doubt ------------------------------------------------------------------------------------------------------
+
+
+def counts(entries: list[dict[str, Any]], doubts: list[float]) -> str:
+    """The four counts of a doubt."""
+    table = {(wrong, doubted): 0 for wrong in (True, False) for doubted in (True, False)}
+    for entry, doubt in zip(entries, doubts, strict=True):
+        table[is_wrong(entry), doubt >= 0.5] += 1
+    return (f"wrong: {table[True, True]} doubted, {table[True, False]} not; "
+            f"right: {table[False, True]} doubted, {table[False, False]} not")  # fmt: skip
+
+
+def store(path: Path, results: dict[str, Any]) -> None:
+    """Write the results whole or not at all."""
+    draft = path.with_suffix(".part")
+    draft.write_text(json.dumps(results, indent=1, sort_keys=True) + "\n")
+    os.replace(draft, path)
 
 
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.split("\n", 1)[0])
-    parser.add_argument("--pairs", choices=["tuned", "reported", "all"], default="all")
-    parser.add_argument("--samples", type=int, default=100, help="vertices where the error is measured")
+    parser.add_argument("--pairs", choices=["tuned", "reported"], default="reported")
+    parser.add_argument("--only", default="", help="only pairs whose name holds this")
+    parser.add_argument("--methods", nargs="+", choices=METHODS, default=list(METHODS))
+    parser.add_argument("--set", choices=["faust", "scape", "shrec19", "tosca"], help="a public set instead")
+    parser.add_argument("--folder", type=Path, help="where the public set lies")
+    parser.add_argument("--number", type=int, help="how many pairs of it")
+    parser.add_argument("--result", type=Path, default=HERE / "functional_maps.json")
     arguments = parser.parse_args()
-    print(f"pyFM {version('pyfmaps')}, k = {K}; error, (right side up), [time / pyFM's ZoomOut]")
-    made = {name: Body(name) for name in BODIES}
-    for group, pairs in (("tuned", TUNED), ("reported", REPORTED)):
-        table = []
-        for name, pose_1, pose_2 in pairs if arguments.pairs in (group, "all") else []:
+    if arguments.set and not arguments.folder:
+        parser.error("--set needs --folder, where you keep it")
+    group = arguments.set or arguments.pairs
+    pairs = published_pairs(group, arguments.folder, arguments.number) if arguments.set else own_pairs(group)
+    results = json.loads(arguments.result.read_text()) if arguments.result.exists() else {}
+    rows = results.setdefault(group, {})
+    for name, build in pairs:
+        missing = [method for method in arguments.methods if method not in rows.get(name, {})]
+        if missing and arguments.only in name:
             with threadpool_limits(limits=1):
-                row = compare(made[name], pose_1, pose_2, arguments.samples)
-            table.append([error for error, *_ in row.values()])
-            clock = row["pyFM 5"][2]
-            cells = [f"{m} {e:.4f} ({o:.3f}) [{s / clock:.2f}]{' UNSURE' * bool(d)}" for m, (e, o, s, d) in row.items()]
-            print(f"{group}: {name} {pose_1} -> {pose_2}: " + "; ".join(cells), flush=True)
-        if table:
-            means = np.mean(table, axis=0)
-            print(f"{group}: means " + "; ".join(f"{m} {e:.4f}" for m, e in zip(row, means, strict=True)), flush=True)
+                rows.setdefault(name, {}).update(measure(build(), missing))
+            store(arguments.result, results)
+        if name in rows:
+            print(f"{name}: " + "; ".join(f"{m} {one['error']:.4f}{' WRONG' * is_wrong(one)}"
+                                          f"{' doubted' * (one.get('doubt', 0) >= 0.5)}"
+                                          for m, one in rows[name].items()), flush=True)  # fmt: skip
+    for method in METHODS:
+        entries = [row[method] for row in rows.values() if method in row]
+        if entries:
+            print(f"{method}: mean {np.mean([one['error'] for one in entries]):.4f} over {len(entries)} pairs, "
+                  f"{sum(map(is_wrong, entries))} wrong")  # fmt: skip
+    ours = [one for row in rows.values() for method, one in row.items() if "doubt" in one]
+    if ours:
+        print("doubt:", counts(ours, [one["doubt"] for one in ours]))
 
 
 if __name__ == "__main__":

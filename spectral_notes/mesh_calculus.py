@@ -464,7 +464,7 @@ def surface_weights(points: FloatArray, mesh: TriangleMesh) -> sp.csr_array:
     _, nearest, foot = igl.point_mesh_squared_distance(points, mesh.vertices, mesh.faces)
     corners = mesh.faces[nearest]
     weights = igl.barycentric_coordinates(foot, *(mesh.vertices[corners[:, c]] for c in range(3)))
-    weights = np.clip(weights, 0.0, 1.0)
+    weights = np.clip(np.where(np.isfinite(weights), weights, 1 / 3), 0.0, 1.0)  # a face without area: no better point
     weights /= weights.sum(axis=1, keepdims=True)
     rows = np.repeat(np.arange(len(points)), 3)
     return sp.csr_array((weights.ravel(), (rows, corners.ravel())), shape=(len(points), mesh.n_vertices))

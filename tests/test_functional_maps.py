@@ -15,7 +15,6 @@ from spectral_notes.descriptors import unit_area
 from spectral_notes.eigenbasis import Eigenbasis, compute_eigenbasis
 from spectral_notes.laplacians import cotan_laplacian
 from spectral_notes.matching import map_fitting, map_refinement, point_maps
-from spectral_notes.matching.shape_matching import ShapeMatch, match_shapes
 from spectral_notes.meshes import TriangleMesh
 
 K = 40
@@ -50,8 +49,7 @@ def basis(mesh: TriangleMesh) -> Eigenbasis:
 @pytest.fixture(scope="module")
 def coarse(mesh: TriangleMesh) -> tuple[TriangleMesh, sp.csr_array]:
     """Another triangulation of the same potato with fewer vertices, and P (n_coarse, n)."""
-    faces, P = point_maps.coarse_copy(mesh, 800)
-    return TriangleMesh(P @ mesh.vertices, faces), P
+    return shapes.coarse_copy(mesh, 402)
 
 
 # --- the matrix of a map ------------------------------------------------------------------------------------------------
@@ -214,77 +212,6 @@ def test_orientation_score_is_one_zero_and_half() -> None:
     assert point_maps.orientation_score(ball, ball, np.zeros(ball.n_vertices, dtype=int)) == 0.0
 
 
-# --- the whole matcher --------------------------------------------------------------------------------------------------
-
-
-@pytest.fixture(scope="module")
-def twisted() -> tuple[TriangleMesh, TriangleMesh, np.ndarray]:
-    """Two potatoes, the second of other triangles and turned in space, and the true vertices."""
-    fine = shapes.potato(subdivisions=4)
-    faces, P = point_maps.coarse_copy(fine, 2400)
-    turn = np.linalg.qr(np.random.default_rng(5).normal(size=(3, 3)))[0]
-    turn *= np.sign(np.linalg.det(turn))
-    return fine, TriangleMesh(2.0 * (P @ fine.vertices) @ turn.T, faces), np.asarray(P.argmax(axis=1)).ravel()
-
-
-def mean_error(mesh_1: TriangleMesh, match: ShapeMatch, true: np.ndarray) -> float:
-    gaps = mesh_1.vertices[match.p2p_21] - mesh_1.vertices[true]
-    return float(np.linalg.norm(gaps, axis=1).mean() / np.sqrt(mesh_1.area))
-
-
-def test_matcher_finds_a_moved_scaled_and_remeshed_shape(twisted: tuple[TriangleMesh, TriangleMesh, np.ndarray]) -> None:
-    fine, other, true = twisted
-    landmarks = np.column_stack([true[[0, 400, 800]], [0, 400, 800]])
-    match = match_shapes(fine, other, landmarks, k=100, n_samples=500)
-    assert match.is_sure and match.orientation > 0.98
-    assert mean_error(fine, match, true) < 0.01
-    fast = match_shapes(fine, other, landmarks, k=100, n_samples=500, fast=True)
-    assert fast.is_sure and mean_error(fine, fast, true) < 0.03
-
-
-def test_matcher_doubts_a_wrong_map_of_a_shape_that_is_nearly_symmetric(twisted: tuple[TriangleMesh, TriangleMesh, np.ndarray]) -> None:
-    fine, other, true = twisted
-    match = match_shapes(fine, other, k=100, n_samples=500)  # a potato is nearly an ellipsoid: three half turns
-    assert mean_error(fine, match, true) > 0.1
-    assert not match.is_sure
-
-
-def test_matcher_does_not_depend_on_numbering(mesh: TriangleMesh) -> None:
-    other, p2p_21 = renumbered(mesh)
-    np.testing.assert_array_equal(match_shapes(mesh, other, k=60).p2p_21, p2p_21)
-
-
-def test_matcher_doubts_shapes_that_differ(mesh: TriangleMesh) -> None:
-    match = match_shapes(mesh, shapes.torus(32, 16), k=60)
-    assert not match.is_sure
-
-
-@pytest.mark.parametrize("name", ["egg", "torus"])
-def test_matcher_is_unsure_of_a_shape_that_turns_into_itself(name: str) -> None:
-    shape = {"egg": shapes.egg(3), "torus": shapes.torus(40, 20)}[name]
-    match = match_shapes(shape, renumbered(shape)[0], k=60)
-    assert not match.is_sure
-
-
-def test_open_shapes_match() -> None:
-    x, y = shapes.rectangle(1.5, 1.0, 31, 21).vertices[:, :2].T
-    faces = shapes.rectangle(1.5, 1.0, 31, 21).faces
-    hills = TriangleMesh(np.column_stack([x, y, 0.3 * np.exp(-8 * ((x - 0.4) ** 2 + (y - 0.3) ** 2))]), faces)
-    other, p2p_21 = renumbered(hills)
-    match = match_shapes(hills, other, [[p2p_21[i], i] for i in (0, 200, 500)], k=60)
-    assert match.is_sure
-    np.testing.assert_array_equal(match.p2p_21, p2p_21)
-
-
-def test_disconnected_shapes_keep_their_matrices_but_are_not_matched(mesh: TriangleMesh) -> None:
-    two = TriangleMesh(np.r_[mesh.vertices, mesh.vertices + 9.0], np.r_[mesh.faces, mesh.faces + mesh.n_vertices])
-    basis = basis_of(two, 10)
-    np.testing.assert_allclose(fm.functional_map(basis, basis, np.arange(two.n_vertices)), np.eye(10), atol=1e-8)
-    assert point_maps.geodesic_errors(two, [mesh.n_vertices], [0]).tolist() == [np.inf]
-    with pytest.raises(ValueError, match="mesh_2 must be connected; it has 2 components. Match them one by one"):
-        match_shapes(mesh, two)
-
-
 # --- faults -------------------------------------------------------------------------------------------------------------
 
 
@@ -333,11 +260,6 @@ BASIS = basis_of(SMALL, 8)
         (lambda: map_fitting.fit_functional_map(BASIS, BASIS, np.ones((162, 2)), np.ones((162, 2)), w_laplacian=-1.0), ValueError, "w_laplacian must be at least 0"),
         (lambda: point_maps.precise_map(shapes.sphere(1), BASIS, BASIS, np.eye(3)), ValueError, "basis_1 must have a row for each of the 42 vertices; it has 162"),
         (lambda: point_maps.geodesic_errors(SMALL, [0, 1], [0]), ValueError, r"p2p_21 must have shape \(1,\)"),
-        (lambda: point_maps.coarse_copy(SMALL, 3), ValueError, "n_faces must be between 4 and 320; got 3"),
-        (lambda: match_shapes(SMALL, SMALL, [[0, 162]]), ValueError, "landmarks must lie in 0 .. 161"),
-        (lambda: match_shapes(SMALL, shapes.sphere(1), [[0, 100]], k=10), ValueError, "landmarks of shape 2 must lie in 0 .. 41; found 100"),
-        (lambda: match_shapes(SMALL, SMALL, k=200), ValueError, "k must be between 8 and 162; got 200"),
-        (lambda: match_shapes(SMALL, SMALL, k=10, bases=(BASIS, BASIS)), ValueError, "bases must hold 10 modes of 162 vertices for shape 1; got 8 of 162"),
     ],
 )
 def test_errors_name_the_argument(call: Callable[[], Any], error: type[Exception], message: str) -> None:

@@ -25,11 +25,11 @@ from spectral_notes.diffusion import heat, point_source
 from spectral_notes.eigenbasis import Eigenbasis, compute_eigenbasis
 from spectral_notes.fourier import dft_by_fft, half_coefficients, synthesize_series
 from spectral_notes.functional_maps import functional_map
-from spectral_notes.labs.data import LabData, coarse_copy, in_unit_area, modes_data, surface_data
+from spectral_notes.labs.data import LabData, in_unit_area, modes_data, surface_data
 from spectral_notes.labs.recipes import map_data, parts_data
 from spectral_notes.laplacians import cotan_laplacian
 from spectral_notes.meshes import TriangleMesh
-from spectral_notes.shapes import bracket, doll, doll_correspondence, egg, goat
+from spectral_notes.shapes import bracket, coarse_copy, doll, doll_correspondence, egg, goat
 
 ROOT = Path(__file__).resolve().parents[1]
 MAX_BYTES = 3_000_000  # of one lab's data

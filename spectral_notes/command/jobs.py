@@ -238,14 +238,14 @@ def find_map(
     pairs = [_landmark(text) for text in landmarks]
     bases = tuple(basis_of(mesh, k, laplacian, say, progress=progress) for mesh in (mesh_1, mesh_2))
     match = match_shapes(mesh_1, mesh_2, pairs, k=k, bases=(bases[0], bases[1]))
-    if match.doubt:
-        say(f"note: {match.doubt}; three --landmark pairs, well apart, settle most doubts")
+    if match.reason:
+        say(f"note: {match.reason}; three --landmark pairs, well apart, settle most doubts")
     hit = len(np.unique(match.p2p_21)) / mesh_1.n_vertices
     facts = {
         "a": own_shape.size_of(mesh_1), "b": own_shape.size_of(mesh_2),
         "laplacian": own_shape.chosen(mesh_1, laplacian),
         "modes": k, "landmarks": len(pairs), "orientation": match.orientation, "sure": match.is_sure,
-        "doubt": match.doubt, "share_of_a_hit": hit,
+        "doubt": round(match.doubt, 3), "reason": match.reason, "share_of_a_hit": hit,
     }
     lines = [
         f"A: {mesh_1}", f"B: {mesh_2}", f"map from {k} modes and {len(pairs)} landmarks",

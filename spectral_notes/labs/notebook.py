@@ -12,10 +12,11 @@ from scipy.spatial import cKDTree
 
 from spectral_notes._checks import as_choice, as_count
 from spectral_notes.functional_maps import as_point_map
-from spectral_notes.labs.data import LabData, coarse_copy, modes_data, surface_data
+from spectral_notes.labs.data import LabData, modes_data, surface_data
 from spectral_notes.labs.recipes import map_data, parts_data
 from spectral_notes.meshes import TriangleMesh
 from spectral_notes.plotting.pages import Page, page
+from spectral_notes.shapes import coarse_copy
 
 SCRIPTS = Path(__file__).with_name("static")
 HEIGHT = 900  # pixels of the frame in a notebook

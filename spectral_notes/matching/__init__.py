@@ -5,15 +5,12 @@ from spectral_notes.matching.map_fitting import (
     multiplications,
     point_descriptors,
     rotations,
-    wave_kernels,
 )
 from spectral_notes.matching.map_refinement import bijective_zoomout, icp, zoomout
 from spectral_notes.matching.point_maps import (
-    coarse_copy,
     geodesic_errors,
     orientation_score,
     precise_map,
-    surface_weights,
 )
 from spectral_notes.matching.shape_matching import ShapeMatch, isometry_defect, match_shapes
 
@@ -21,7 +18,6 @@ __all__ = [
     "ShapeMatch",
     "match_shapes",
     "isometry_defect",
-    "wave_kernels",
     "point_descriptors",
     "multiplications",
     "rotations",
@@ -32,6 +28,4 @@ __all__ = [
     "precise_map",
     "orientation_score",
     "geodesic_errors",
-    "coarse_copy",
-    "surface_weights",
 ]

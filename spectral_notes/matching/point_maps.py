@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-import igl
 import numpy as np
 import scipy.sparse as sp
 from numpy.typing import ArrayLike
 
-from spectral_notes._checks import FloatArray, IntArray, as_count, as_indices
+from spectral_notes._checks import FloatArray, as_indices
 from spectral_notes.eigenbasis import Eigenbasis
 from spectral_notes.functional_maps import as_point_map, embeddings, nearest_rows
 from spectral_notes.geometry.geodesics import geodesic_distances
@@ -159,76 +158,6 @@ def geodesic_errors(mesh_1: TriangleMesh, p2p_21: ArrayLike, true_21: ArrayLike)
         here = true == source
         errors[:, here] = geodesic_distances(mesh_1, [source])[np.atleast_2d(images)[:, here]]
     return (errors / np.sqrt(mesh_1.area)).reshape(images.shape)
-
-
-def coarse_copy(mesh: TriangleMesh, n_faces: int) -> tuple[IntArray, sp.csr_array]:
-    """Return another, coarser triangulation of a shape and the true map from it: something to test a matcher on.
-
-    Edges are collapsed until `n_faces` are left, and the new vertices moved to the nearest point of the old surface.
-    The map serves every pose of the mesh: `P @ posed.vertices` are the vertices of the copy in that pose.
-
-    Parameters
-    ----------
-    mesh : TriangleMesh
-        The shape, a manifold.
-    n_faces : int
-        Faces of the copy, at least 4 and at most those of the mesh.
-
-    Returns
-    -------
-    faces : ndarray of int64, shape (n_faces, 3)
-        The faces of the copy; one less where the last collapse took two.
-    P : csr_array, shape (n_copy, n)
-        Barycentric coordinates of the copy's vertices in faces of the mesh; rows sum to one.
-
-    Raises
-    ------
-    TypeError, ValueError
-        If `n_faces` is out of range, or the mesh cannot be coarsened so far.
-
-    Examples
-    --------
-    >>> from spectral_notes.shapes import sphere
-    >>> ball = sphere(4)
-    >>> faces, P = coarse_copy(ball, 1000)
-    >>> len(faces), TriangleMesh(P @ ball.vertices, faces).n_vertices
-    (1000, 502)
-    """
-    n_faces = as_count("n_faces", n_faces, 4, mesh.n_faces)
-    points, faces = igl.decimate(mesh.vertices, mesh.faces, n_faces)[:2]
-    if len(faces) > n_faces:
-        raise ValueError(f"mesh must be a manifold to be coarsened; it stopped at {len(faces)} of {n_faces} faces")
-    return faces.astype(np.int64), surface_weights(points, mesh)
-
-
-def surface_weights(points: FloatArray, mesh: TriangleMesh) -> sp.csr_array:
-    """Return the matrix P that moves points to the nearest point of a surface, and along with it in every pose.
-
-    Parameters
-    ----------
-    points : (p, 3) array
-        Positions near the surface.
-    mesh : TriangleMesh
-        The surface.
-
-    Returns
-    -------
-    csr_array, shape (p, n)
-        Barycentric coordinates in the nearest face; rows sum to one.
-
-    Examples
-    --------
-    >>> triangle = TriangleMesh([[0, 0, 0], [1, 0, 0], [0, 1, 0]], [[0, 1, 2]])
-    >>> surface_weights(np.array([[0.25, 0.5, 7.0]]), triangle).toarray().tolist()
-    [[0.25, 0.25, 0.5]]
-    """
-    _, nearest, foot = igl.point_mesh_squared_distance(points, mesh.vertices, mesh.faces)
-    corners = mesh.faces[nearest]
-    weights = igl.barycentric_coordinates(foot, *(mesh.vertices[corners[:, c]] for c in range(3)))
-    weights = np.clip(weights, 0.0, 1.0)
-    weights /= weights.sum(axis=1, keepdims=True)
-    rows = np.repeat(np.arange(len(points)), 3)
-    return sp.csr_array((weights.ravel(), (rows, corners.ravel())), shape=(len(points), mesh.n_vertices))
 
 
 def _nearest_points(triangles: FloatArray, points: FloatArray) -> tuple[FloatArray, FloatArray]:

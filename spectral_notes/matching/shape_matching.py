@@ -1,12 +1,13 @@
-"""From two meshes to a map between them: several starts, the one that lands right side up, and a word of doubt."""
+"""From two meshes to a map between them: candidates, the one that lands right side up, and how far to doubt it."""
 
 from __future__ import annotations
 
-import itertools
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import ArrayLike
+from scipy.spatial import cKDTree
 
 from spectral_notes._checks import FloatArray, IntArray, as_count, as_floats, as_indices
 from spectral_notes.descriptors import unit_area
@@ -14,24 +15,31 @@ from spectral_notes.eigenbasis import Eigenbasis, compute_eigenbasis
 from spectral_notes.functional_maps import functional_map, point_map
 from spectral_notes.laplacians import cotan_laplacian
 from spectral_notes.matching.map_fitting import fit_functional_map, multiplications, point_descriptors, rotations
-from spectral_notes.matching.map_refinement import sample_vertices, zoomout
+from spectral_notes.matching.map_refinement import bijective_zoomout, sample_vertices, zoomout
+from spectral_notes.matching.map_search import Candidate, candidate_maps, view
 from spectral_notes.matching.point_maps import orientation_score, precise_map
-from spectral_notes.meshes import TriangleMesh, connected_components
+from spectral_notes.mesh_calculus import surface_weights
+from spectral_notes.meshes import TriangleMesh, boundary_loops, connected_components
+from spectral_notes.shapes.resampling import coarse_copy
 
-START_SIZES = (20, 30, 40)  # modes of the least-squares starts
-COARSE = 80  # modes up to which each start is refined, on samples, before they are compared
+N_VIEWED = 400  # samples that the search sees
+N_TRIED = 4  # candidates that are refined before they are compared
+REFIT_SIZE = 40  # modes of the least-squares system with orientation
+SOFT_LANDMARKS = 12  # images under a candidate that the system is given beside true landmarks
+N_OPERATORS = 10  # descriptors, evenly taken, that give pairs of operators: neighbours hardly differ
+COARSE = 80  # modes up to which candidates are refined, on samples
 STEP = 20  # modes more in each round after that, with all vertices
-N_OPERATORS = 20  # descriptors, evenly taken, that give pairs of operators: neighbours hardly differ
-SURE = 0.96  # orientation score below which a piece of some percent of the area is mirrored
-STRETCHED = 0.15  # isometry defect above which shapes are hardly poses of each other
-LEVEL = 0.05  # scores this close say the same
 NEAR = 0.1  # images this close, in square roots of the area, count as the same place
-ENOUGH = 3  # landmarks that settle the symmetries
+LIGHT = 5000  # vertices of the copies that `fast` matches
+HEIGHT_WEIGHT = 1.0  # of the height along `up` among what points look like
+CLOSE = 0.11  # ranks this close to the best count as rivals
+MIRRORED = 0.04  # how far above the best a mirror image must rank to count
+WEIGHTS = {"bias": -4.0, "upside down": 20.0, "defect": 4.0, "rival": 150.0, "mirrored": 150.0}  # of the doubt
 
 
 @dataclass(frozen=True, eq=False)
 class ShapeMatch:
-    """Hold a map between two shapes, and how far it is to be trusted.
+    """Hold a map between two shapes, and how far it is to be doubted.
 
     Parameters
     ----------
@@ -41,8 +49,13 @@ class ShapeMatch:
         A vertex of 1 for each vertex of 2.
     orientation : float
         Share of shape 2's area that lands right side up, from 0 to 1; see `orientation_score`.
-    doubt : str
-        Why the map may be wrong; empty where nothing speaks against it.
+    doubt : float
+        From 0 to 1: the probability that the map is wrong, as calibrated on pairs of persons.
+    reason : str
+        Why the map may be wrong, where that is more likely than not; else empty.
+    clues : dict of str to float
+        What the doubt was computed from: the share of the area upside down, the defect from an isometry, and how close
+        the best map that leads elsewhere comes, right side up or mirrored.
     basis_1, basis_2 : Eigenbasis
         The modes of both shapes, each scaled to area one.
     """
@@ -50,27 +63,30 @@ class ShapeMatch:
     C_12: FloatArray
     p2p_21: IntArray
     orientation: float
-    doubt: str
+    doubt: float
+    reason: str
+    clues: Mapping[str, float]
     basis_1: Eigenbasis
     basis_2: Eigenbasis
 
     @property
     def is_sure(self) -> bool:
-        """Whether nothing speaks against the map."""
-        return not self.doubt
+        """Whether the map is more likely right than wrong."""
+        return not self.reason
 
 
 def match_shapes(
     mesh_1: TriangleMesh, mesh_2: TriangleMesh, landmarks: ArrayLike = (), *, k: int = 200, n_samples: int = 1500,
-    fast: bool = False, bases: tuple[Eigenbasis, Eigenbasis] | None = None,
-) -> ShapeMatch:
-    """Return a map between two nearly isometric shapes, from descriptors, landmarks and orientation, by ZoomOut.
+    up: ArrayLike | None = None, fast: bool = False, bases: tuple[Eigenbasis, Eigenbasis] | None = None,
+) -> ShapeMatch:  # fmt: skip
+    """Return a map between two nearly isometric shapes, from signatures, landmarks and orientation, by ZoomOut.
 
-    Three functional maps, of 20, 30 and 40 modes, are fitted to wave kernel signatures and landmarks so that they
-    commute with products and rotations, and refined on samples; with fewer than three landmarks, the best of them also
-    with other signs of its first modes. They are ranked by the area that lands right side up, less the defect from an
-    isometry. The best is averaged with those that agree with it, refined to k modes with all vertices, and once more by
-    a precise map. Doubt is raised by a low rank, and by a map that ranks alike and leads elsewhere.
+    A tree over the signs of the first modes gives candidates that agree with signatures and landmarks. The best that
+    land right side up are fitted again, by least squares with orientation, refined on samples to 80 modes, and ranked
+    by the area that lands right side up, the defect from an isometry, and the misfit of signatures. The first of them
+    is refined to k modes with all vertices, and once more by a precise map. Doubt grows with the area upside down, with
+    the defect, and with a rival: a map that leads elsewhere and fits nearly as well. Bodies that are inside out are
+    turned first.
 
     Parameters
     ----------
@@ -82,9 +98,12 @@ def match_shapes(
     k : int
         Modes of the map; at most the number of vertices of each shape.
     n_samples : int
-        Vertices that the starts are refined with, at least 80.
+        Vertices that candidates are refined with, at least 80.
+    up : array_like, shape (3,), optional
+        A direction that both shapes share, such as that away from the floor: a hint that is no longer intrinsic.
     fast : bool
-        Refine on the samples to the end: for meshes of many vertices. Costs accuracy of about half an edge.
+        Match copies of 5,000 vertices, and carry the map over: for large meshes. Costs accuracy of about half an edge
+        of the copy.
     bases : (Eigenbasis, Eigenbasis), optional
         At least k modes of both shapes, where they were computed before; else those of `cotan_laplacian`.
 
@@ -96,45 +115,47 @@ def match_shapes(
     Raises
     ------
     TypeError, ValueError
-        If a landmark is no vertex, a shape is not connected, or a number is out of range.
+        If a landmark is no vertex, a shape is not connected, `up` is zero, or a number is out of range.
 
     Examples
     --------
     >>> from spectral_notes import shapes
-    >>> mesh = shapes.potato(subdivisions=3)
+    >>> mesh = shapes.goat()
+    >>> mesh = shapes.coarse_copy(mesh, 1000)[0]
     >>> match = match_shapes(mesh, mesh, k=60)
     >>> bool((match.p2p_21 == np.arange(mesh.n_vertices)).all()), match.orientation, match.is_sure
     (True, 1.0, True)
 
     References
     ----------
-    Ren et al. (2018) for operators that know the orientation; Melzi et al., "ZoomOut" (2019); Ezuz and Ben-Chen (2017).
+    Ren et al., "MapTree" (2020), and Ren et al. (2018) for operators that know the orientation; Melzi et al., "ZoomOut"
+    (2019); Ezuz and Ben-Chen (2017).
     """
     pairs = _landmark_pairs(mesh_1, mesh_2, landmarks)
     k = as_count("k", k, 8, min(mesh_1.n_vertices, mesh_2.n_vertices))
     n_samples = min(as_count("n_samples", n_samples, COARSE), mesh_1.n_vertices, mesh_2.n_vertices)
-    basis_1, basis_2 = _bases(mesh_1, mesh_2, k, bases)
-    samples = sample_vertices(mesh_1, n_samples), sample_vertices(mesh_2, n_samples)
-    level = min(COARSE, k)
-
-    def refined(start: FloatArray) -> tuple[float, FloatArray, IntArray]:
-        C_12 = zoomout(basis_1, basis_2, start, k=max(len(start), level), samples=samples)
-        p2p_21 = point_map(basis_1, basis_2, C_12)
-        return orientation_score(mesh_1, mesh_2, p2p_21) - isometry_defect(C_12), C_12, p2p_21
-
-    maps = [refined(start) for start in _starts(mesh_1, mesh_2, basis_1, basis_2, pairs)]
-    if len(pairs) < ENOUGH:
-        first = max(maps, key=lambda candidate: candidate[0])[1]
-        maps += [refined(start) for start in _turned(first)]
-    best, _, at_best = max(maps, key=lambda candidate: candidate[0])
-    rivals = [(C, _same_place(mesh_1, basis_2, at, at_best)) for score, C, at in maps if score > best - LEVEL]
-    C_12 = np.mean([C for C, same in rivals if same], axis=0)
-    C_12 = zoomout(basis_1, basis_2, C_12, k=k, step=STEP, samples=samples if fast else None)
-    C_12 = functional_map(basis_1, basis_2, precise_map(mesh_1, basis_1, basis_2, C_12))
-    p2p_21 = point_map(basis_1, basis_2, C_12)
-    score = orientation_score(mesh_1, mesh_2, p2p_21)
-    doubt = _doubt(score, isometry_defect(C_12), all(same for _, same in rivals))
-    return ShapeMatch(C_12, p2p_21, score, doubt, basis_1, basis_2)
+    meshes = outward(mesh_1), outward(mesh_2)
+    hints = [_heights(mesh, up) for mesh in meshes]
+    if fast and max(mesh_1.n_vertices, mesh_2.n_vertices) > LIGHT:
+        return _match_copies(meshes, pairs, k, n_samples, up, bases)
+    both = _bases(*meshes, k, bases)
+    samples = sample_vertices(meshes[0], n_samples), sample_vertices(meshes[1], n_samples)
+    views = [view(both[i], samples[i][:N_VIEWED], pairs[:, i], hints[i]) for i in (0, 1)]
+    found = candidate_maps(views[0], views[1])
+    upright = [orientation_score(*meshes, point_map(*both, candidate.C_12)) > 0.5 for candidate in found]
+    ends = [
+        _refined(meshes, both, samples, candidate, pairs, right)
+        for right, n in ((True, N_TRIED), (False, 1))
+        for candidate in [one for one, up in zip(found, upright, strict=True) if up == right][:n]
+    ]
+    best = max(ends, key=lambda end: (end.is_upright, end.rank))
+    C_12 = zoomout(*both, best.C_12, k=k, step=STEP)
+    C_12 = functional_map(*both, precise_map(meshes[0], *both, C_12))
+    p2p_21 = point_map(*both, C_12)
+    score = orientation_score(*meshes, p2p_21)
+    far = [end for end in ends if end is not best and _elsewhere(meshes[0], both[1], best, end)]
+    clues = _clues(score, isometry_defect(C_12), best, far)
+    return ShapeMatch(C_12, p2p_21, score, *doubt_of(clues), clues, *both)
 
 
 def isometry_defect(C_12: ArrayLike) -> float:
@@ -152,6 +173,11 @@ def isometry_defect(C_12: ArrayLike) -> float:
     float
         0 for an isometry, 1 for the zero map.
 
+    Raises
+    ------
+    TypeError, ValueError
+        If it is no matrix of numbers.
+
     Examples
     --------
     >>> isometry_defect(np.diag([1.0, -1.0])), isometry_defect(np.zeros((2, 2)))
@@ -161,11 +187,37 @@ def isometry_defect(C_12: ArrayLike) -> float:
     return float(np.linalg.norm(C.T @ C - np.eye(C.shape[1])) / np.sqrt(C.shape[1]))
 
 
-def _turned(C_12: FloatArray) -> list[FloatArray]:
-    """The start of a map with other signs of modes 1 to 4: where the symmetries of a shape would send it."""
-    small = C_12[:8, :8]
-    patterns = itertools.product((1.0, -1.0), repeat=4)
-    return [small * np.array([1.0, *signs, *np.ones(len(small) - 5)]) for signs in patterns if min(signs) < 0.0]
+def outward(mesh: TriangleMesh) -> TriangleMesh:
+    """Return the mesh, its faces turned over where it is a body that is inside out: by its volume, holes capped.
+
+    What is mostly hole, such as a height field, has no inside, and stays as it is.
+    """
+    centred = mesh.vertices - mesh.vertices.mean(axis=0)
+    volume, gaps = np.linalg.det(centred[mesh.faces]).sum() / 6.0, 0.0
+    for loop in boundary_loops(mesh):
+        rim, following = centred[loop], centred[np.roll(loop, -1)]
+        middle = rim.mean(axis=0)
+        volume -= np.linalg.det(np.stack([rim, following, np.broadcast_to(middle, rim.shape)], axis=1)).sum() / 6.0
+        gaps += np.linalg.norm(np.cross(rim - middle, following - middle), axis=1).sum() / 2.0
+    if volume >= 0.0 or gaps > 0.2 * mesh.area:
+        return mesh
+    return TriangleMesh(mesh.vertices, mesh.faces[:, ::-1], mesh.name)
+
+
+def _match_copies(
+    meshes: tuple[TriangleMesh, TriangleMesh], pairs: IntArray, k: int, n_samples: int, up: ArrayLike | None,
+    bases: tuple[Eigenbasis, Eigenbasis] | None,
+) -> ShapeMatch:  # fmt: skip
+    """The map of light copies, carried over to the meshes through the surface of the second copy."""
+    copies = coarse_copy(meshes[0], LIGHT)[0], coarse_copy(meshes[1], LIGHT)[0]
+    onto = [surface_weights(mesh.vertices, copy) for mesh, copy in zip(meshes, copies, strict=True)]
+    marks = np.column_stack([np.asarray(P[pairs[:, i]].argmax(axis=1)).ravel() for i, P in enumerate(onto)])
+    few = min(k, copies[0].n_vertices, copies[1].n_vertices)
+    light = match_shapes(copies[0], copies[1], marks, k=few, n_samples=n_samples, up=up)
+    images = precise_map(copies[0], light.basis_1, light.basis_2, light.C_12) @ copies[0].vertices
+    p2p_21 = cKDTree(meshes[0].vertices).query(onto[1] @ images)[1].astype(np.int64)
+    both = _bases(*meshes, k, bases)
+    return replace(light, C_12=functional_map(*both, p2p_21), p2p_21=p2p_21, basis_1=both[0], basis_2=both[1])
 
 
 def _landmark_pairs(mesh_1: TriangleMesh, mesh_2: TriangleMesh, landmarks: ArrayLike) -> IntArray:
@@ -176,21 +228,21 @@ def _landmark_pairs(mesh_1: TriangleMesh, mesh_2: TriangleMesh, landmarks: Array
     pairs = as_indices("landmarks", pairs, ("q", 2), max(mesh_1.n_vertices, mesh_2.n_vertices))
     for number, mesh in enumerate((mesh_1, mesh_2), start=1):
         as_indices(f"landmarks of shape {number}", pairs[:, number - 1], ("q",), mesh.n_vertices)
-        _check_connected(f"mesh_{number}", mesh)
+        n_pieces = int(connected_components(mesh).max()) + 1
+        if n_pieces > 1:
+            raise ValueError(f"mesh_{number} must be connected; it has {n_pieces} components. Match them one by one")
     return pairs
 
 
-def _same_place(mesh_1: TriangleMesh, basis_2: Eigenbasis, p2p_21: IntArray, other: IntArray) -> bool:
-    """Whether two maps send all but a twentieth of shape 2's area to nearly the same places."""
-    gaps = np.linalg.norm(mesh_1.vertices[p2p_21] - mesh_1.vertices[other], axis=1) / np.sqrt(mesh_1.area)
-    return bool(basis_2.M.sum(axis=1)[gaps > NEAR].sum() < 0.05 * basis_2.M.sum())
-
-
-def _check_connected(name: str, mesh: TriangleMesh) -> None:
-    """Refuse a shape in several pieces, whose zero modes say nothing about which piece goes where."""
-    n_pieces = int(connected_components(mesh).max()) + 1
-    if n_pieces > 1:
-        raise ValueError(f"{name} must be connected; it has {n_pieces} components. Match them one by one")
+def _heights(mesh: TriangleMesh, up: ArrayLike | None) -> FloatArray:
+    """The height of each vertex over the centre, in square roots of the area, as one column; none without `up`."""
+    if up is None:
+        return np.empty((mesh.n_vertices, 0))
+    direction = as_floats("up", up, (3,))
+    if not direction.any():
+        raise ValueError("up must not be the zero vector; give the direction away from the floor, such as [0, 1, 0]")
+    height = mesh.vertices @ (direction / np.linalg.norm(direction))
+    return HEIGHT_WEIGHT * (height - (height.max() + height.min()) / 2)[:, None] / np.sqrt(mesh.area)
 
 
 def _bases(
@@ -206,29 +258,68 @@ def _bases(
     return unit_area(bases[0].truncate(k)), unit_area(bases[1].truncate(k))
 
 
-def _starts(
-    mesh_1: TriangleMesh, mesh_2: TriangleMesh, basis_1: Eigenbasis, basis_2: Eigenbasis, pairs: IntArray
-) -> list[FloatArray]:
-    """Functional maps fitted with different numbers of modes."""
-    f_1, f_2 = point_descriptors(basis_1, pairs[:, 0]), point_descriptors(basis_2, pairs[:, 1])
+@dataclass(frozen=True, eq=False)
+class _End:
+    """Hold a candidate after refinement on samples, ranked: area on its own side, less defect, less log misfit / 4."""
+
+    C_12: FloatArray
+    p2p_21: IntArray
+    rank: float
+    is_upright: bool
+
+
+def _refined(
+    meshes: tuple[TriangleMesh, TriangleMesh], bases: tuple[Eigenbasis, Eigenbasis], samples: tuple[IntArray, IntArray],
+    candidate: Candidate, pairs: IntArray, is_upright: bool,
+) -> _End:  # fmt: skip
+    """A candidate fitted with orientation and refined to COARSE modes; one that is upside down as a mirror image."""
+    one, two = meshes if is_upright else (meshes[0], TriangleMesh(meshes[1].vertices, meshes[1].faces[:, ::-1]))
+    C = _refit(one, two, *bases, candidate.C_12, pairs)
+    C, _ = bijective_zoomout(*bases, C, C.T, k=max(len(C), min(COARSE, bases[0].k)), samples=samples)
+    p2p_21 = point_map(*bases, C)
+    rank = orientation_score(one, two, p2p_21) - isometry_defect(C) - 0.25 * np.log(candidate.misfit + 1e-9)
+    return _End(C, p2p_21, float(rank), is_upright)
+
+
+def _refit(
+    mesh_1: TriangleMesh, mesh_2: TriangleMesh, basis_1: Eigenbasis, basis_2: Eigenbasis, C_12: FloatArray,
+    pairs: IntArray,
+) -> FloatArray:  # fmt: skip
+    """A map fitted anew to signatures, landmarks, some images under the old map, products and orientation."""
+    at_2 = sample_vertices(mesh_2, min(SOFT_LANDMARKS, mesh_2.n_vertices))
+    soft = np.column_stack([point_map(basis_1, basis_2, C_12)[at_2], at_2])
+    both = np.vstack([pairs, soft])
+    f_1, f_2 = (point_descriptors(basis, both[:, i], n_each=20) for i, basis in enumerate((basis_1, basis_2)))
     some = np.linspace(0, f_1.shape[1] - 1, N_OPERATORS).astype(np.int64)
-    g_1, g_2 = f_1[:, some], f_2[:, some]
-    starts = []
-    for size in sorted({min(size, basis_1.k) for size in START_SIZES}):
-        few_1, few_2 = basis_1.truncate(size), basis_2.truncate(size)
-        operators_1 = multiplications(few_1, g_1) + rotations(mesh_1, few_1, g_1)
-        operators_2 = multiplications(few_2, g_2) + rotations(mesh_2, few_2, g_2)
-        pairs_of_operators = list(zip(operators_1, operators_2, strict=True))
-        starts.append(fit_functional_map(few_1, few_2, f_1, f_2, operators=pairs_of_operators))
-    return starts
+    few_1, few_2 = (basis.truncate(min(REFIT_SIZE, basis.k)) for basis in (basis_1, basis_2))
+    operators_1 = multiplications(few_1, f_1[:, some]) + rotations(mesh_1, few_1, f_1[:, some])
+    operators_2 = multiplications(few_2, f_2[:, some]) + rotations(mesh_2, few_2, f_2[:, some])
+    return fit_functional_map(few_1, few_2, f_1, f_2, operators=list(zip(operators_1, operators_2, strict=True)))
 
 
-def _doubt(score: float, defect: float, agreed: bool) -> str:
-    """What speaks against a map, in words."""
-    if score < SURE:
-        return f"{1.0 - score:.0%} of the area lands upside down: a part of the map is mirrored, or the shapes differ"
-    if not agreed:
-        return "another map is nearly as good and leads elsewhere: the shapes have a symmetry; give landmarks"
-    if defect > STRETCHED:
-        return f"the map is far from an isometry (defect {defect:.2f}): it is wrong, or the shapes differ"
-    return ""
+def _elsewhere(mesh_1: TriangleMesh, basis_2: Eigenbasis, one: _End, other: _End) -> bool:
+    """Whether two maps send more than a twentieth of shape 2's area to places that are not near."""
+    gaps = np.linalg.norm(mesh_1.vertices[one.p2p_21] - mesh_1.vertices[other.p2p_21], axis=1) / np.sqrt(mesh_1.area)
+    return bool(basis_2.M.sum(axis=1)[gaps > NEAR].sum() > 0.05)
+
+
+def _clues(score: float, defect: float, best: _End, others: list[_End]) -> dict[str, float]:
+    """What speaks against a map, each clue from 0 up."""
+    rival = max((end.rank - best.rank for end in others if end.is_upright), default=-1.0)
+    mirrored = max((end.rank - best.rank for end in others if not end.is_upright), default=-1.0)
+    return {"upside down": 1.0 - score, "defect": defect,
+            "rival": max(rival + CLOSE, 0.0), "mirrored": max(mirrored - MIRRORED, 0.0)}  # fmt: skip
+
+
+def doubt_of(clues: Mapping[str, float]) -> tuple[float, str]:
+    """How likely a map is wrong, by a logistic function of the clues; and the one that weighs most, in words."""
+    parts = {name: WEIGHTS[name] * clue for name, clue in clues.items()}
+    doubt = 1.0 / (1.0 + np.exp(-WEIGHTS["bias"] - sum(parts.values())))
+    words = {
+        "upside down": f"{clues['upside down']:.0%} of the area lands upside down: a part of the map is mirrored, or "
+                       "the shapes differ",
+        "defect": f"the map is far from an isometry (defect {clues['defect']:.2f}): it is wrong, or the shapes differ",
+        "rival": "another map fits nearly as well and leads elsewhere: the shapes have a symmetry; give landmarks",
+        "mirrored": "upside down the map fits better: one shape is perhaps the mirror image of the other",
+    }  # fmt: skip
+    return float(doubt), words[max(parts, key=lambda name: parts[name])] if doubt >= 0.5 else ""

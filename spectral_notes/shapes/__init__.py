@@ -22,6 +22,7 @@ from spectral_notes.shapes.references import (
     spherical_harmonics,
     weyl_count,
 )
+from spectral_notes.shapes.resampling import coarse_copy
 from spectral_notes.shapes.revolution import Profile, egg_eigenvalues, revolution_eigenvalues, torus_eigenvalues
 from spectral_notes.shapes.sampling import sample_points, terrain
 from spectral_notes.shapes.surfaces import egg, potato, sphere, torus, torus_patch
@@ -59,6 +60,7 @@ __all__ = [
     "person_correspondence",
     "terrain",
     "sample_points",
+    "coarse_copy",
     "VoxelGrid",
     "voxelize",
     "voxel_shell",

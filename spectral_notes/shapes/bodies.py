@@ -9,11 +9,11 @@ import sys
 import types
 from collections.abc import Mapping
 
-import igl
 import numpy as np
 import scipy.sparse as sp
 
 from spectral_notes._checks import FloatArray, as_choice
+from spectral_notes.mesh_calculus import surface_weights
 from spectral_notes.meshes import TriangleMesh
 from spectral_notes.shapes import contouring, implicit, posing
 from spectral_notes.shapes.cache import Arrays, cached_arrays
@@ -255,11 +255,8 @@ def _doll_remeshed() -> Arrays:
         low, high = ([x - 0.007 for x in corner] for corner in _BOXES["doll"])
         points, faces = mesh_zero_set(body_distance(DOLL, _FILLET), low, high, 0.0195)
         original = doll()
-        _, nearest, foot = igl.point_mesh_squared_distance(points, original.vertices, original.faces)
-        corners = original.faces[nearest]
-        weights = igl.barycentric_coordinates(foot, *(original.vertices[corners[:, c]] for c in range(3)))
-        weights = np.clip(weights, 0.0, 1.0)
-        return {"faces": faces, "corners": corners, "weights": weights / weights.sum(axis=1, keepdims=True)}
+        P = surface_weights(points, original)
+        return {"faces": faces, "corners": P.indices.reshape(-1, 3), "weights": P.data.reshape(-1, 3)}
 
     return cached_arrays("doll_remeshed", {}, _recipe(), build)
 

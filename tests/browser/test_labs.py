@@ -13,9 +13,9 @@ from axe_playwright_python.sync_playwright import Axe
 from PIL import Image
 
 from spectral_notes.eigenbasis import compute_eigenbasis
-from spectral_notes.labs.data import coarse_copy, in_unit_area
+from spectral_notes.labs.data import in_unit_area
 from spectral_notes.laplacians import cotan_laplacian
-from spectral_notes.shapes import goat
+from spectral_notes.shapes import coarse_copy, goat
 
 PAGE = "book/labs.html"
 LABS = ("fourier", "eigenfunctions", "heat", "reconstruction", "functional-map", "clusters")
