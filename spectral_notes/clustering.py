@@ -13,7 +13,7 @@ from threadpoolctl import threadpool_limits  # type: ignore[import-untyped]
 from spectral_notes._checks import FloatArray, IntArray, as_choice, as_count, as_floats, as_indices, as_symmetric
 from spectral_notes._points import farthest_points
 from spectral_notes.descriptors import first_nonzero, global_point_signature
-from spectral_notes.eigenbasis import Eigenbasis
+from spectral_notes.eigenbasis import Eigenbasis, compute_eigenbasis
 
 MAX_ROUNDS = 1000  # of k-means; it stops when no label changes, after some tens
 
@@ -114,6 +114,32 @@ def spectral_clusters(
     lloyd = KMeans(len(seeds), init=rows[seeds], n_init=1, max_iter=MAX_ROUNDS, tol=0.0)
     with threadpool_limits(limits=1, user_api="openmp"):  # threads would add in another order each time
         return np.asarray(lloyd.fit(rows, sample_weight=mass).labels_, dtype=np.int64)
+
+
+def cut_pieces(
+    L: sp.csr_array, M: sp.csr_array, n_clusters: int, k: int | None = None, *, progress: bool = False
+) -> IntArray:
+    """Labels of a domain in several pieces, each cut by itself in the embedding by its first k modes (share + 1).
+
+    Each piece gets one cluster; the others go where a cluster has most mass and the piece samples for one more.
+    """
+    count, pieces = sp.csgraph.connected_components(L, directed=False)
+    room, masses = np.bincount(pieces), np.bincount(pieces, M.diagonal())
+    if not count <= n_clusters <= len(pieces):
+        say = f"n must be at least {count}, the number of pieces of the shape, and at most {len(pieces)}, of its points"
+        raise ValueError(f"{say}; got {n_clusters}")
+    shares = np.ones(count, dtype=np.int64)
+    for _ in range(n_clusters - count):
+        shares[np.argmax(np.where(shares < room, masses / shares, 0.0))] += 1
+    labels = (np.cumsum(shares) - shares)[pieces]
+    for piece in np.flatnonzero(shares > 1):
+        here = np.flatnonzero(pieces == piece)
+        share = int(shares[piece])
+        n_modes = as_count("k", min(share + 1 if k is None else k, len(here)), 2)
+        basis = compute_eigenbasis(L[here][:, here], M[here][:, here], n_modes, progress=progress)
+        rows = spectral_embedding(basis, basis.k - 1)
+        labels[here] += spectral_clusters(rows, share, mass=M.diagonal()[here])
+    return labels
 
 
 def seed_rows(

@@ -156,7 +156,7 @@ def weights_of_networkx(graph: Any, *, weight: str = "weight") -> sp.csr_array:
     Returns
     -------
     csr_array, shape (n, n)
-        Symmetric.
+        Symmetric; a loop stands on the diagonal, as in networkx's adjacency matrix, and counts in the degree.
 
     Raises
     ------
@@ -180,6 +180,6 @@ def weights_of_networkx(graph: Any, *, weight: str = "weight") -> sp.csr_array:
 
 
 def _weights(i: Any, j: Any, values: FloatArray, n: int) -> sp.csr_array:
-    """Symmetric matrix of the given edges, each given once; loops are left out."""
-    i, j, values = (array[i != j] for array in (i, j, values))
-    return sp.csr_array((np.tile(values, 2), (np.r_[i, j], np.r_[j, i])), (n, n))
+    """Symmetric matrix of the given edges, each given once; a loop stands once on the diagonal."""
+    back = i != j
+    return sp.csr_array((np.r_[values, values[back]], (np.r_[i, j[back]], np.r_[j, i[back]])), (n, n))

@@ -289,3 +289,18 @@ def test_all_zero_spectrum_is_refused(three_spheres: TriangleMesh) -> None:
     for call in (lambda: clustering.spectral_embedding(only_zero, 1), lambda: clustering.eigengaps(only_zero)):
         with pytest.raises(ValueError, match="at least 1 modes beyond the constants"):
             call()
+
+
+def test_each_piece_gets_what_it_can_hold():
+    """A tetrahedron has most of the area and four vertices: it takes four of nine clusters, the egg the others."""
+    corners = 40.0 * np.array([[1, 1, 1], [1, -1, -1], [-1, 1, -1], [-1, -1, 1]])
+    ball = shapes.sphere(2)
+    faces = np.concatenate([[[0, 1, 2], [0, 2, 3], [0, 3, 1], [1, 3, 2]], ball.faces + 4])
+    L, M = cotan_laplacian(TriangleMesh(np.r_[corners, ball.vertices], faces))
+    for n, of_the_first in ((2, 1), (5, 4), (9, 4)):
+        labels = clustering.cut_pieces(L, M, n)
+        assert np.unique(labels).tolist() == list(range(n))
+        assert len(np.unique(labels[:4])) == of_the_first and not set(labels[:4]) & set(labels[4:])
+    for n in (1, 4 + ball.n_vertices + 1):
+        with pytest.raises(ValueError, match=f"n must be at least 2, the number of pieces .* at most 166.*; got {n}"):
+            clustering.cut_pieces(L, M, n)

@@ -58,17 +58,26 @@ def test_mesh_graph_has_the_edges_of_the_mesh(tetrahedron, unit_square):
     assert (W > 0).sum() == 2 * len(edges(unit_square))
 
 
-def test_networkx_graphs_keep_order_weights_and_lose_loops():
+def test_networkx_graphs_keep_order_weights_and_loops():
     graph = nx.Graph()
     graph.add_nodes_from("cab")
     graph.add_edge("a", "b", weight=2.5)
     graph.add_edge("c", "a")
     graph.add_edge("b", "b", weight=9.0)
-    assert weights_of_networkx(graph).toarray().tolist() == [[0, 1, 0], [1, 0, 2.5], [0, 2.5, 0]]
+    assert weights_of_networkx(graph).toarray().tolist() == [[0, 1, 0], [1, 0, 2.5], [0, 2.5, 9]]
     assert weights_of_networkx(nx.empty_graph(2)).toarray().tolist() == [[0, 0], [0, 0]]
     karate = nx.karate_club_graph()
     ours = graph_laplacian(weights_of_networkx(karate))[0].toarray()
     np.testing.assert_array_equal(ours, nx.laplacian_matrix(karate).toarray())
+
+
+def test_a_loop_counts_in_the_degree_of_normalised_cuts_as_in_networkx():
+    graph = nx.path_graph(3)
+    graph.add_edge(1, 1)
+    L, M = graph_laplacian(weights_of_networkx(graph), mass="degree")
+    evals = scipy.linalg.eigh(L.toarray(), M.toarray(), eigvals_only=True)
+    np.testing.assert_allclose(evals, [0, 1, 5 / 3], atol=1e-12)
+    np.testing.assert_allclose(evals, np.sort(nx.normalized_laplacian_spectrum(graph)), atol=1e-12)
 
 
 @pytest.mark.parametrize(

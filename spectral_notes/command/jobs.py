@@ -16,9 +16,9 @@ import numpy as np
 import scipy.sparse as sp
 from matplotlib.figure import Figure
 
-from spectral_notes._checks import FloatArray, IntArray, as_count
+from spectral_notes._checks import as_count
 from spectral_notes._whole import write_whole
-from spectral_notes.clustering import spectral_clusters, spectral_embedding
+from spectral_notes.clustering import cut_pieces
 from spectral_notes.command import own_shape
 from spectral_notes.command.own_shape import Shape
 from spectral_notes.command.reports import report_page
@@ -180,17 +180,10 @@ def find_segments(
     """
     n_segments = as_count("n", n_segments, 1, len(positions(shape)))
     L, M = operators_of(shape, laplacian, say)
-    count, pieces = sp.csgraph.connected_components(L, directed=False)
+    count = sp.csgraph.connected_components(L, directed=False)[0]
     if count > 1:
         say(f"note: the shape falls into {count} pieces; each is cut by itself")
-    labels = np.zeros(len(pieces), dtype=np.int64)
-    done = 0
-    areas = np.bincount(pieces, M.diagonal()).astype(np.float64)
-    for piece, share in enumerate(_shared_out(areas, n_segments)):
-        here = np.flatnonzero(pieces == piece)
-        n_modes = share + 1 if k is None else k
-        labels[here] = done + _clusters(L[here][:, here], M[here][:, here], share, n_modes, progress)
-        done += share
+    labels = cut_pieces(L, M, n_segments, k, progress=progress)
     shares = np.bincount(labels, M.diagonal(), minlength=n_segments) / M.diagonal().sum()
     facts = own_shape.size_of(shape) | {
         "laplacian": own_shape.chosen(shape, laplacian), "segments": n_segments, "pieces": int(count),
@@ -205,25 +198,6 @@ def find_segments(
         colors="segment", kind="labels", views=[view],
         save_npz=_npz(arrays),
     )
-
-
-def _clusters(L: sp.csr_array, M: sp.csr_array, n_clusters: int, k: int, progress: bool) -> IntArray:
-    """Labels of the samples of a connected shape."""
-    n = L.shape[0]
-    if n_clusters == 1:
-        return np.zeros(n, dtype=np.int64)
-    basis = compute_eigenbasis(L, M, as_count("k", min(k, n), 2), progress=progress)
-    return spectral_clusters(spectral_embedding(basis, basis.k - 1), n_clusters, mass=M.diagonal())
-
-
-def _shared_out(areas: FloatArray, n_segments: int) -> IntArray:
-    """How many segments each piece gets: one, and the others where the area of a segment is largest."""
-    if n_segments < len(areas):
-        raise ValueError(f"n must be at least {len(areas)}, the number of pieces of the shape; got {n_segments}")
-    shares = np.ones(len(areas), dtype=np.int64)
-    for _ in range(n_segments - len(areas)):
-        shares[np.argmax(areas / shares)] += 1
-    return shares
 
 
 def find_map(

@@ -232,7 +232,7 @@ def test_several_pieces_give_as_many_zero_modes_and_say_so(tmp_path, capsys):
     refused(
         capsys,
         2,
-        "n must be at least 2, the number of pieces of the shape; got 1",
+        "n must be at least 2, the number of pieces of the shape, and at most 324, of its points; got 1",
         "segment",
         tmp_path / "two.obj",
         "-n",
