@@ -7,13 +7,17 @@ SHELL := /bin/sh
 
 # The environment: the active one (virtualenv or a named conda environment), else .venv, made on first use.
 CONDA_ACTIVE := $(if $(filter-out base,$(CONDA_DEFAULT_ENV)),$(CONDA_PREFIX))
-ENV := $(or $(VIRTUAL_ENV),$(CONDA_ACTIVE),.venv)
+ACTIVE := $(or $(VIRTUAL_ENV),$(CONDA_ACTIVE))
+# Make splits names at spaces: an active environment with a space in its path is reached by a link without one.
+LINKED = $(shell mkdir -p _build && ln -sfn "$(ACTIVE)" _build/environment && echo _build/environment)
+ENV := $(if $(word 2,$(ACTIVE)),$(LINKED),$(or $(ACTIVE),.venv))
 PY := $(ENV)/bin/python
 READY := $(ENV)/.spectral-notes-ready
 STAMPS := _build/stamps
 JOBS ?= 2
 EDITION ?= full
 FUZZ_SECONDS ?= 300
+HTML := $(if $(filter student,$(EDITION)),_build/student/)_build/html
 INSTALL = $(if $(shell command -v uv),uv pip install --quiet --python $(PY),$(PY) -m pip install --quiet)
 
 # Printed digits must not depend on the number of cores: one BLAS thread a process.
@@ -29,7 +33,7 @@ TOOLS := $(wildcard tools/*.py)
 TESTS := $(shell find tests classroom/source -type f -name '*.py' -o -name '*.md' -o -name '*.ipynb') $(wildcard benchmarks/*.py classroom/*.py)
 
 # The peers of the benchmarks (lapy, pyfmaps, cholespy) are left out where they are not installed.
-.PHONY: help book test lint browser assignments notebooks serve lab bench fuzz matrix wheel pins clean distclean
+.PHONY: help book pdf slides test lint browser assignments notebooks serve lab bench fuzz matrix wheel pins clean distclean
 
 help:  ## list the targets
 	@awk -F ':.*## ' '/^[a-z]+:.*## / {printf "  make %-12s %s\n", $$1, $$2}' $(MAKEFILE_LIST)
@@ -38,6 +42,12 @@ book: $(STAMPS)/book-$(EDITION)  ## render the book into _build/html (EDITION=st
 test: $(STAMPS)/test  ## unit tests, doctests, and every stored output against a fresh run
 lint: $(STAMPS)/lint  ## ruff, mypy --strict, the import layers, the form of the notebooks
 browser: $(STAMPS)/browser  ## open every page of the built book in Chromium: errors, requests, scenes, accessibility
+
+pdf: book  ## print the book as one PDF beside its pages (EDITION=student: without solutions)
+	$(PY) tools/print_book.py $(HTML) --into $(HTML)/_downloads --edition $(EDITION)
+
+slides: book  ## make a deck of slides for each chapter, and one for the two-hour tutorial
+	$(PY) tools/slides.py $(HTML) --into $(HTML)/slides
 
 assignments: $(READY)  ## make the student copies of the assignments and the marking guide, in classroom/
 	$(PY) tools/assignments.py

@@ -33,7 +33,7 @@ import viewer_files
 import yaml
 
 ROOT = Path(__file__).resolve().parents[1]
-EXTENSIONS = ("offline_mathjax", "reference_pages", "page_finish")
+EXTENSIONS = ("offline_mathjax", "reference_pages", "page_finish", "figure_twins")
 STAGED = ("_toc.yml", "CHANGELOG.md", "book", *(f"tools/{name}.py" for name in EXTENSIONS))
 LAUNCH_SERVICES = {"binderhub_url": "https://mybinder.org", "colab_url": "https://colab.research.google.com"}
 SKIPPED_PARTS = ("__pycache__", ".ipynb_checkpoints")

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import importlib.metadata
 import json
+import os
 import platform
 import subprocess
 import sys
@@ -47,6 +48,7 @@ OPTIONAL = {
     "jupyterlab": "to run the notebooks: python -m pip install jupyterlab",
     "jupyter_book": "to render the book: python -m pip install -r requirements.txt",
 }
+SILENT_BACKENDS = {"agg", "cairo", "pdf", "pgf", "ps", "svg", "template"}  # of matplotlib: files only
 SCENE = "import json; from spectral_notes.command.doctor import render_scene; print(json.dumps(render_scene()))"
 
 
@@ -211,6 +213,11 @@ def _arpack(L: sp.csr_array, M: sp.csr_array, k: int) -> FloatArray:
 
 def check_pictures() -> Finding:
     """Render one scene in a process of its own, which a broken graphics driver may end, and look at its colours."""
+    backend = os.environ.get("MPLBACKEND", "")
+    if backend.lower() in SILENT_BACKENDS:
+        says = f"MPLBACKEND={backend} in the environment: a notebook draws every figure and shows none"
+        remedy = "unset MPLBACKEND (Windows: set MPLBACKEND=), and start the notebook anew"
+        return Finding("pictures", "broken", says, remedy)
     try:
         run = subprocess.run([sys.executable, "-c", SCENE], capture_output=True, text=True, timeout=300, check=False)
     except subprocess.TimeoutExpired:

@@ -113,6 +113,16 @@ def test_pictures_that_fail_are_found_and_gl_is_named(monkeypatch, code, out, er
     assert "libegl1" in found.remedy
 
 
+def test_a_backend_that_shows_no_figures_is_told(monkeypatch):
+    monkeypatch.setenv("MPLBACKEND", "Agg")
+    finding = doctor.check_pictures()
+    assert finding.status == "broken"
+    assert "MPLBACKEND=Agg in the environment" in finding.says and "unset MPLBACKEND" in finding.remedy
+    monkeypatch.setenv("MPLBACKEND", "module://matplotlib_inline.backend_inline")
+    monkeypatch.setattr(doctor.subprocess, "run", lambda *_, **__: subprocess.CompletedProcess([], 1, "", "no driver"))
+    assert doctor.check_pictures().says == "no picture: no driver"
+
+
 def test_a_renderer_that_hangs_is_found(monkeypatch):
     def hang(*_, **__):
         raise subprocess.TimeoutExpired("python", 300)

@@ -1,0 +1,53 @@
+"""Twins of figures: dark ones keep hues and shapes, narrow ones keep every panel and what stands below."""
+
+from __future__ import annotations
+
+import figure_twins
+import numpy as np
+from PIL import Image, ImageDraw
+
+
+def test_greys_are_turned_and_hues_stay():
+    colours = np.array([[1, 1, 1], [0, 0, 0], [0, 0.447, 0.698], [0.835, 0.369, 0]])
+    ground, ink, blue, orange = figure_twins.turned_greys(colours)
+    assert np.allclose(ground, figure_twins.GROUND)
+    assert np.allclose(ink, figure_twins.INK)
+    for before, after in ((colours[2], blue), (colours[3], orange)):
+        assert np.array_equal(np.argsort(before), np.argsort(after))
+        assert after.min() < 0.35 and after.max() > 0.6
+
+
+def drawing(n: int) -> tuple[Image.Image, list[list[float]]]:
+    """A row of n panels of 200 pixels under titles: a disk with a white middle seen through, and a bar below."""
+    picture = Image.new("RGB", (200 * n, 300), "white")
+    draw = ImageDraw.Draw(picture)
+    for k in range(n):
+        draw.ellipse((200 * k + 20, 50, 200 * k + 180, 210), fill=(180, 20 + 10 * k, 40))
+        draw.ellipse((200 * k + 80, 110, 200 * k + 120, 150), fill="white")
+        draw.rectangle((200 * k + 90, 8, 200 * k + 110, 20), fill="black")  # a title
+    draw.rectangle((200 * n // 2 - 60, 260, 200 * n // 2 + 60, 270), fill=(20, 60, 200))
+    return picture, [[k / n, 0.1, 1 / n, 0.7] for k in range(n)]
+
+
+def test_a_surface_keeps_its_colours_on_a_dark_ground_and_its_holes_are_ground():
+    picture, boxes = drawing(2)
+    pixels = np.asarray(figure_twins.dark(picture, boxes))
+    assert tuple(pixels[80, 100]) == (180, 20, 40)
+    assert pixels[35, 5].max() < 30 and pixels[130, 100].max() < 30
+    assert pixels[14, 100].min() > 200  # the title
+    rim = pixels[40:220, 10:190].reshape(-1, 3).astype(int)
+    assert (rim.min(axis=1) > 100).sum() == 0, "a white rim is left"
+
+
+def test_narrow_windows_stack_the_panels():
+    picture, boxes = drawing(7)
+    assert figure_twins.columns_when_narrow(picture.width, boxes) == 3
+    assert figure_twins.columns_when_narrow(400, drawing(2)[1]) is None
+    assert figure_twins.columns_when_narrow(1400, []) is None
+    made = np.asarray(figure_twins.stacked(picture, boxes))
+    assert made.shape[1] == 600
+    reds = [made[240 * row + 80, 200 * column + 100] for row in range(3) for column in range(3)]
+    assert [tuple(map(int, red)) for red in reds[:7]] == [(180, 20 + 10 * k, 40) for k in range(7)]
+    assert tuple(reds[7]) == (255, 255, 255)
+    assert (made[720:] == (20, 60, 200)).all(axis=2).any(), "the bar below is lost"
+    assert (made[:30] == 0).all(axis=2).any(), "the titles are lost"
