@@ -114,6 +114,18 @@ def still_of_fourier() -> Figure:
     return figure
 
 
+def still_of_ends() -> Figure:
+    """Draw the second mode of a string with fixed, mixed and free ends."""
+    x = np.linspace(0, 1, 201)
+    modes = {"both fixed": np.sin(2 * np.pi * x), "one free": np.sin(1.5 * np.pi * x), "both free": np.cos(np.pi * x)}
+    figure, panels = plt.subplots(1, 3, figsize=(8.0, 2.2), sharey=True)
+    for axes, (name, u) in zip(panels, modes.items(), strict=True):
+        axes.plot(x, u)
+        axes.set(title=name, xlabel="place along the string")
+    panels[0].set_ylabel("mode 1")
+    return figure
+
+
 def still_of_functional_map() -> Figure:
     """Draw a bump on one pose and its image on the other, carried by 30 modes."""
     one, two, p2p_21 = two_dolls(5000)
@@ -135,6 +147,7 @@ STILLS: dict[str, Callable[[], Figure]] = {
     "reconstruction": still_of_reconstruction,
     "heat": still_of_heat,
     "fourier": still_of_fourier,
+    "ends": still_of_ends,
     "functional-map": still_of_functional_map,
     "clusters": still_of_clusters,
 }

@@ -31,11 +31,11 @@ def lab(name: str, *meshes: TriangleMesh, k: int | None = None, p2p_21: ArrayLik
 
     Parameters
     ----------
-    name : {"eigenfunctions", "reconstruction", "heat", "functional-map", "clusters", "fourier"}
+    name : {"eigenfunctions", "reconstruction", "heat", "functional-map", "clusters", "fourier", "ends"}
         Which lab.
     *meshes : TriangleMesh
         One for "reconstruction" and "heat"; one or more for "eigenfunctions"; two for "functional-map"; poses with the
-        same faces for "clusters"; none for "fourier".
+        same faces for "clusters"; none for "fourier" and "ends".
     k : int, optional
         How many modes; by default what the lab of the book has, or as many as there are vertices.
     p2p_21 : array_like of int, shape (n_2,), optional
@@ -122,4 +122,5 @@ RECIPES: dict[str, tuple[int, int, Recipe]] = {  # name -> least and most meshes
     "functional-map": (2, 2, _map),
     "clusters": (1, 12, _parts),
     "fourier": (0, 0, lambda *_: []),
+    "ends": (0, 0, lambda *_: []),
 }

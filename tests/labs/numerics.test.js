@@ -133,6 +133,24 @@ test("the adjusted Rand index: one for renamed parts, zero for one part, a value
   assert.equal(numerics.adjustedRand([0, 0], [0, 0]), 1);
 });
 
+test("a string: closed forms of free, fixed and mixed ends; holding an end raises every frequency, below the next", () => {
+  const units = (a, b) => numerics.stringFrequencies(a, b, 5).map((k) => k / Math.PI);
+  const half = Math.PI / 2;
+  allClose(units(half, half), [1, 2, 3, 4, 5], 1e-9);
+  allClose(units(0, 0), [0, 1, 2, 3, 4], 1e-6);
+  allClose(units(half, 0), [0.5, 1.5, 2.5, 3.5, 4.5], 1e-9);
+  allClose(units(0, half), [0.5, 1.5, 2.5, 3.5, 4.5], 1e-9);
+  let before = units(0, 0.3);
+  for (let a = 0.1; a < half; a += 0.1) {
+    const now = units(a, 0.3);
+    now.forEach((k, n) => assert.ok(k > before[n] && k < n + 1, `${a}: ${k} after ${before[n]}`));
+    before = now;
+  }
+  const xs = [0, 0.25, 0.5, 1];
+  allClose(numerics.stringMode(2 * Math.PI, half, xs), [0, 1, 0, 0], 1e-9);
+  allClose(numerics.stringMode(Math.PI, 0, xs), [1, Math.SQRT1_2, 0, -1], 1e-9);
+});
+
 test("colours: the ends, the middle, and in between", () => {
   assert.deepEqual(numerics.colorAt(numerics.SIGNED, 0.5), [0xf7, 0xf7, 0xf7]);
   assert.deepEqual(numerics.colorAt(numerics.SIGNED, -1), [0x05, 0x30, 0x61]);

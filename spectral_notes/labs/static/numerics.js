@@ -164,6 +164,34 @@
     return coordinates[axis].reduce((best, value, i, x) => (sign * value > sign * x[best] ? i : best), 0);
   }
 
+  // --- a string whose ends are held by springs ----------------------------------------------------------------------
+
+  // Frequencies of -u'' = k^2 u on [0, 1] with cos(a) u' = sin(a) u at 0 and -cos(b) u' = sin(b) u at 1: a = 0 is a free end,
+  // a = pi/2 a fixed one. Between n pi and (n + 1) pi lies one of them, found by halving.
+  function stringFrequencies(a, b, count) {
+    const miss = (k) => {
+      const [c, s] = [Math.cos(k), k ? Math.sin(k) / k : 1];
+      return -k * k * s * Math.cos(a) * Math.cos(b) + Math.sin(a + b) * c + Math.sin(a) * Math.sin(b) * s;
+    };
+    return Array.from({ length: count }, (_, n) => {
+      let [low, high] = [n * Math.PI, (n + 1) * Math.PI];
+      const side = n % 2 ? -1 : 1; // of the value just above the lower end
+      for (let step = 0; step < 60; step++) {
+        const middle = (low + high) / 2;
+        if (side * miss(middle) > 1e-14) low = middle;
+        else high = middle;
+      }
+      return (low + high) / 2;
+    });
+  }
+
+  // The mode of frequency k with its left end held at angle a, largest value 1.
+  function stringMode(k, a, xs) {
+    const u = xs.map((x) => Math.cos(a) * Math.cos(k * x) + Math.sin(a) * (k ? Math.sin(k * x) / k : x));
+    const top = Math.max(...u.map(Math.abs));
+    return u.map((value) => value / top);
+  }
+
   // --- colours -----------------------------------------------------------------------------------------------------
 
   // Stops of matplotlib's RdBu_r and viridis, and the label colours of the book's stills.
@@ -185,7 +213,7 @@
   notes.numerics = {
     joinBasis, synthesize, row, integral, rmsDistance, truncationErrors,
     heatAt, waveAt, waveSpeedAt, waveEnergy, fourier, inverseFourier, amplitudes, largest,
-    halfSquares, nearestRow, mapCoefficients, adjustedRand, colorScale, labelScale, colorAt,
+    halfSquares, nearestRow, mapCoefficients, adjustedRand, stringFrequencies, stringMode, colorScale, labelScale, colorAt,
     farthest, PLACES, SIGNED, POSITIVE,
   };
 })();
