@@ -244,7 +244,7 @@ def registered(page: str) -> list[LabData]:
     [
         ("eigenfunctions", [egg(2), sphere(2)]), ("reconstruction", [egg(3)]), ("heat", [egg(2)]), ("functional-map", [egg(2), egg(2)]),
         ("fourier", []), ("ends", []),
-    ],  # fmt: skip
+    ],
 )
 def test_a_lab_of_ones_own_is_a_page_that_asks_nobody(name, meshes):
     page = labs.lab(name, *meshes, k=12 if meshes else None).page
