@@ -49,7 +49,7 @@ def verdicts(label: str, answer: str) -> str:
     """What the check of an exercise prints after an answer; parts that it does not set stay placeholders."""
     path, exercise = PARTS[label]
     names: dict[str, object] = {}
-    given = [SETTING.get(label, ""), given_cells(label)] if reads(label) else []
+    given = [SETTING.get(label, ""), given_cells(label)] if reads(label) or label in SETTING else []
     told = io.StringIO()
     with contextlib.redirect_stdout(io.StringIO()):
         for source in [imports_of(path), *given, *(cell.source for cell in exercise.answers), answer]:
