@@ -462,7 +462,7 @@ def _hodge_solvers(mesh: TriangleMesh) -> tuple[sp.csr_array, PoissonSolver, sp.
     edges = edge_transport(mesh)
     n, m = mesh.n_vertices, mesh.n_faces
     low, high = np.minimum(edges.tails, edges.heads), np.maximum(edges.tails, edges.heads)
-    number = np.unique(low * n + high, return_inverse=True)[1][: 3 * m]  # edge from corner c to the next of face f: 3 f + c
+    number = np.unique(low * n + high, return_inverse=True)[1][: 3 * m]  # of half edge 3 f + c, from corner c
     inner = np.bincount(number) == 2
     hats = -turned_edges(mesh) / face_areas(mesh)[:, None, None]  # of the edge opposite to each corner: 1 - 2 lambda
     turned = np.cross(face_normals(mesh)[:, None, :], hats)
