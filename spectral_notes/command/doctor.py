@@ -38,7 +38,6 @@ from spectral_notes.laplacians import cotan_laplacian
 from spectral_notes.plotting import rendering
 from spectral_notes.plotting.pages import SCRIPTS
 from spectral_notes.plotting.pyvista_loading import load_pyvista
-from spectral_notes.shapes.cache import PLACE_VARIABLE, cache_directory
 from spectral_notes.solver import factor_in_use, memory_needed
 
 PACKAGE = "spectral-notes"
@@ -112,7 +111,6 @@ def examine(n_vertices: int = 100_000, k: int = 100) -> list[Finding]:
         ("pictures", check_pictures, rendering.GL_REMEDY),
         ("interactive scenes", check_scenes, f"{INSTALL} --force-reinstall"),
         ("files", check_files, f"a package for mesh files does not work: {INSTALL} --force-reinstall"),
-        ("cache", check_cache, f"set the environment variable {PLACE_VARIABLE} to a folder that you may write to"),
         ("memory", lambda: check_memory(n_vertices, k), "close other programs"),
     ]
     return [_tried(name, check, remedy) for name, check, remedy in checks]
@@ -271,19 +269,6 @@ def check_files() -> Finding:
     if back.n_faces == small.n_faces == data.n_faces == mesh.n_faces:
         return Finding("files", "ok", "PLY, VTP and .sgn written and read back")
     raise ValueError(f"{mesh.n_faces} faces became {back.n_faces}, {data.n_faces} and {small.n_faces}")
-
-
-def check_cache() -> Finding:
-    """Find whether computed shapes can be kept; without that, every page computes them again."""
-    place = cache_directory()
-    try:
-        place.mkdir(parents=True, exist_ok=True)
-        with tempfile.NamedTemporaryFile(dir=place):
-            pass
-    except OSError as error:
-        remedy = f"shapes are computed again on every use; set {PLACE_VARIABLE} to a folder that you may write to"
-        return Finding("cache", "note", f"{place} cannot be written to: {error.strerror}", remedy)
-    return Finding("cache", "ok", f"{place} can be written to")
 
 
 def check_memory(n_vertices: int, k: int) -> Finding:

@@ -24,7 +24,7 @@ def test_this_set_up_works_and_the_command_says_so(capsys):
     assert facts["works"]
     names = [finding["name"] for finding in facts["findings"]]
     assert names[:5] == ["python", "packages", "optional packages", "linear algebra", "eigenproblem"]
-    assert names[5:] == ["pictures", "interactive scenes", "files", "cache", "memory"]
+    assert names[5:] == ["pictures", "interactive scenes", "files", "memory"]
     assert "drawn by" in facts["findings"][5]["says"]
 
 
@@ -137,14 +137,6 @@ def test_the_scene_has_both_colours():
     assert 0.02 < scene["red"] < 0.5
     assert scene["white"] > 0.3
     assert scene["renderer"]
-
-
-def test_a_cache_that_cannot_be_written_is_a_note(monkeypatch, tmp_path):
-    (tmp_path / "file").write_text("in the way")
-    monkeypatch.setenv("SPECTRAL_NOTES_CACHE", str(tmp_path / "file"))
-    found = doctor.check_cache()
-    assert found.status == "note"
-    assert "SPECTRAL_NOTES_CACHE" in found.remedy
 
 
 @pytest.mark.parametrize(

@@ -1,0 +1,558 @@
+"""Tangent vectors as one complex number a vertex: transport, the connection Laplacian, and what it solves.
+
+At each vertex the angles of the corners are scaled to sum to a full turn, so that the edges have directions in one
+plane; a tangent vector is a complex number in it. Going along an edge turns the plane by a known angle. Only lengths
+enter: L phi = lambda M phi once more, with a turn on every edge.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+import scipy.sparse as sp
+from numpy.typing import ArrayLike, NDArray
+
+from spectral_notes._checks import FloatArray, IntArray, as_count, as_floats, as_indices, as_number
+from spectral_notes.eigenbasis import compute_eigenbasis
+from spectral_notes.mesh_calculus import (
+    PoissonSolver,
+    arrows_of_rows,
+    face_area_matrix,
+    gradient_matrix,
+    rows_of_arrows,
+    turned_edges,
+)
+from spectral_notes.meshes import TriangleMesh, as_mesh, face_areas, face_normals, row_norms, vertex_normals
+
+__all__ = [
+    "Transport",
+    "edge_transport",
+    "connection_laplacian",
+    "smoothest_field",
+    "field_indices",
+    "transport_vector",
+    "arrows_of_field",
+    "hodge_parts",
+    "harmonic_fields",
+]
+
+ComplexArray = NDArray[np.complex128]
+Surface = TriangleMesh | tuple[ArrayLike, ArrayLike]
+
+
+@dataclass(frozen=True, eq=False)
+class Transport:
+    """Hold the directions of the edges in the tangent planes of a surface, and how the planes turn along them.
+
+    Every edge comes once in each direction, from `tails` to `heads`.
+
+    Parameters
+    ----------
+    faces : ndarray (m, 3)
+        The triangles.
+    tails, heads : ndarray of int, shape (e,)
+        Ends of the directed edges.
+    angles : ndarray (e,)
+        Direction of the edge in the plane of its tail: radians, counter-clockwise from the vertex's first edge.
+    turns : ndarray (e,)
+        A vector z at the tail is ``exp(1j * turns) * z`` at the head.
+    weights : ndarray (e,)
+        Half the sum of the cotangents of the angles opposite the edge.
+    holonomy : ndarray (m,)
+        By how much a vector turns that is carried once round a face; closed, they sum to 2 pi chi.
+    vertex_areas : ndarray (n,)
+        A third of the area of the faces at each vertex.
+
+    Examples
+    --------
+    >>> faces = [[0, 2, 1], [0, 1, 3], [1, 2, 3], [2, 0, 3]]
+    >>> tetrahedron = edge_transport((faces, np.ones((4, 3))))
+    >>> (tetrahedron.holonomy / np.pi).round(12).tolist()  # a quarter of the sphere's 4 pi each
+    [1.0, 1.0, 1.0, 1.0]
+    """
+
+    faces: IntArray
+    tails: IntArray
+    heads: IntArray
+    angles: FloatArray
+    turns: FloatArray
+    weights: FloatArray
+    holonomy: FloatArray
+    vertex_areas: FloatArray
+
+
+def edge_transport(surface: Surface) -> Transport:
+    """Return how tangent planes turn along the edges of a surface; corners are scaled to 2 pi a vertex, pi on a rim.
+
+    Parameters
+    ----------
+    surface : TriangleMesh, or pair of faces (m, 3) and lengths (m, 3)
+        An oriented manifold. Column c of the lengths is the edge opposite to corner c, as in `shapes.flat_torus`.
+
+    Returns
+    -------
+    Transport
+        Angles, turns and weights of the edges.
+
+    Raises
+    ------
+    TypeError, ValueError
+        If the faces have no common orientation, an edge has three faces, a vertex several fans or none, or lengths make
+        no triangle.
+
+    Examples
+    --------
+    >>> from spectral_notes.shapes import sphere
+    >>> round(float(edge_transport(sphere(2)).holonomy.sum() / np.pi), 12)
+    4.0
+
+    References
+    ----------
+    Knoppel, Crane, Pinkall and Schroder, "Globally optimal direction fields" (2013), section 3.
+    """
+    faces, lengths = _faces_and_lengths(surface)
+    n = int(faces.max()) + 1
+    tails, heads, thirds = faces.ravel(), np.roll(faces, -1, axis=1).ravel(), np.roll(faces, 1, axis=1).ravel()
+    there, back = tails * n + heads, heads * n + tails
+    doubled = len(there) - len(np.unique(there))
+    if doubled:
+        raise ValueError(
+            f"surface must be an oriented manifold; {doubled} edges are walked twice in one direction: health(mesh) "
+            "counts what is wrong"
+        )
+    rim = ~np.isin(back, there)  # the other direction of a boundary edge belongs to no face
+    corners = _corner_angles(lengths)
+    key = np.concatenate([there, back[rim]])
+    order = np.argsort(key)
+    angles = _fan_angles(tails, thirds, corners.ravel(), key, order, len(there), n)
+    total = np.bincount(tails, corners.ravel(), n)
+    scale = np.full(n, 2.0 * np.pi)
+    scale[heads[rim]] = np.pi
+    scale /= total
+    tails, heads = key // n, key % n
+    angles = angles * scale[tails]
+    opposite = order[np.searchsorted(key[order], heads * n + tails)]
+    half = np.zeros(len(key))
+    half[: len(there)] = 0.5 / np.tan(np.roll(corners, 1, axis=1).ravel())
+    areas = 0.5 * lengths[:, 1] * lengths[:, 2] * np.sin(corners[:, 0])
+    turns = angles[opposite] + np.pi - angles
+    return Transport(
+        faces,
+        tails,
+        heads,
+        angles,
+        np.angle(np.exp(1j * turns)),
+        half + half[opposite],
+        (scale[faces] * corners).sum(axis=1) - np.pi,
+        np.asarray(np.bincount(faces.ravel(), np.repeat(areas / 3.0, 3), n), dtype=np.float64),
+    )
+
+
+def connection_laplacian(surface: Surface, n_fold: int = 1) -> tuple[sp.csr_array, sp.csr_array]:
+    """Return the pair (L, M) of tangent fields: real, symmetric, of size 2n; first all real parts, then all imaginary.
+
+    ``x @ L @ x`` is the sum over edges of w_ij |z_j - r_ij^n z_i|^2: how much each arrow differs from its neighbours'
+    after transport, with the cotangent weights. For n-fold fields, whose arrows are the same after an n-th of a turn, z
+    stands for the n-th power of an arrow.
+
+    Parameters
+    ----------
+    surface : TriangleMesh, or pair of faces (m, 3) and lengths (m, 3)
+        As in `edge_transport`.
+    n_fold : int
+        1 for arrows, 2 for lines, 4 for crosses.
+
+    Returns
+    -------
+    L, M : csr_array, shape (2 n, 2 n)
+        Every eigenvalue comes at least twice: a field, and the same a quarter turn on. On the unit sphere they are
+        l (l + 1) - n_fold^2, each 2 (2 l + 1) times, for l = n_fold, n_fold + 1, ...
+
+    Raises
+    ------
+    TypeError, ValueError
+        As in `edge_transport`, or if `n_fold` is not an integer of at least 1.
+
+    Examples
+    --------
+    >>> from spectral_notes.shapes import sphere
+    >>> compute_eigenbasis(*connection_laplacian(sphere(3)), 7).evals.round(1).tolist()  # 1, six times, then 5
+    [1.0, 1.0, 1.0, 1.0, 1.0, 1.0, 5.0]
+    """
+    n_fold = as_count("n_fold", n_fold, 1)
+    edges = edge_transport(surface)
+    n = len(edges.vertex_areas)
+    off = edges.weights * np.exp(1j * n_fold * edges.turns)
+    H = sp.csr_array((-off, (edges.heads, edges.tails)), shape=(n, n))
+    H = H + sp.diags_array(np.bincount(edges.tails, edges.weights, n))
+    L = sp.csr_array(sp.block_array([[H.real, -H.imag], [H.imag, H.real]]))
+    return sp.csr_array((L + L.T) / 2.0), sp.csr_array(sp.diags_array(np.tile(edges.vertex_areas, 2)))
+
+
+def smoothest_field(
+    surface: Surface, n_fold: int = 1, *, fixed: ArrayLike = (), values: ArrayLike = ()
+) -> ComplexArray:
+    """Return the tangent field of least energy: the lowest mode, or the one that takes given values at some vertices.
+
+    Parameters
+    ----------
+    surface : TriangleMesh, or pair of faces (m, 3) and lengths (m, 3)
+        As in `edge_transport`.
+    n_fold : int
+        1 for arrows, 2 for lines, 4 for crosses.
+    fixed : array_like of int, shape (p,), optional
+        Vertices where the field is given.
+    values : array_like of complex, shape (p,)
+        Its values there, powers of arrows where `n_fold` is above 1.
+
+    Returns
+    -------
+    ndarray of complex, shape (n,)
+        One number a vertex, in the frames of `edge_transport`; of norm one in M if nothing is fixed.
+
+    Raises
+    ------
+    TypeError, ValueError
+        As in `connection_laplacian`, or if the fixed vertices and values do not fit.
+
+    Examples
+    --------
+    >>> from spectral_notes.shapes import flat_torus
+    >>> z = smoothest_field(flat_torus(1.0, 1.0, 6, 6), fixed=[0], values=[2j])
+    >>> bool(np.abs(np.abs(z) - 2).max() < 1e-9)  # on a flat torus one arrow goes everywhere
+    True
+    """
+    L, M = connection_laplacian(surface, n_fold)
+    n = L.shape[0] // 2
+    fixed = as_indices("fixed", fixed, ("p",), n)
+    given = np.atleast_1d(np.asarray(values, dtype=np.complex128))
+    if given.shape != fixed.shape or not np.isfinite(given).all():
+        raise ValueError(f"values must hold one finite number for each of the {len(fixed)} fixed vertices")
+    if not len(fixed):
+        x = compute_eigenbasis(L, M, 2).evecs[:, 0]
+    else:
+        held = np.concatenate([fixed, fixed + n])
+        x = PoissonSolver(L, M, held).solve(values=np.concatenate([given.real, given.imag]))
+    return x[:n] + 1j * x[n:]
+
+
+def field_indices(surface: Surface, z: ArrayLike, n_fold: int = 1) -> FloatArray:
+    """Return the index of a field in each face: its turns round the face, as a multiple of 1 / n_fold; mostly zero.
+
+    On a closed surface the indices sum to the Euler characteristic, whatever the field (Poincare and Hopf).
+
+    Parameters
+    ----------
+    surface : TriangleMesh, or pair of faces (m, 3) and lengths (m, 3)
+        As in `edge_transport`.
+    z : array_like of complex, shape (n,)
+        A field without zeros at vertices, as from `smoothest_field`.
+    n_fold : int
+        1 for arrows, 2 for lines, 4 for crosses.
+
+    Returns
+    -------
+    ndarray, shape (m,)
+        Whole multiples of 1 / n_fold.
+
+    Raises
+    ------
+    TypeError, ValueError
+        As in `connection_laplacian`, or if z does not fit, is not finite or zero at a vertex.
+
+    Examples
+    --------
+    >>> from spectral_notes.shapes import sphere
+    >>> ball = sphere(2)
+    >>> float(field_indices(ball, smoothest_field(ball)).sum())
+    2.0
+    """
+    n_fold = as_count("n_fold", n_fold, 1)
+    edges = edge_transport(surface)
+    n = len(edges.vertex_areas)
+    z = _field(z, n)
+    if (z == 0).any():
+        raise ValueError(f"z must not be zero at a vertex; it is at {int(np.argmin(np.abs(z)))}")
+    step = np.angle(z[edges.heads] / (np.exp(1j * n_fold * edges.turns) * z[edges.tails]))
+    round_face = step[: edges.faces.size].reshape(-1, 3).sum(axis=1)
+    return np.rint((round_face + n_fold * edges.holonomy) / (2.0 * np.pi)) / n_fold
+
+
+def transport_vector(surface: Surface, vertex: int, value: complex = 1.0, *, step: float | None = None) -> ComplexArray:
+    """Return a vector carried from one vertex to all others along shortest paths, by three short heat steps.
+
+    Heat spreads the vector by the connection Laplacian, which keeps its direction; two scalar steps restore its length.
+
+    Parameters
+    ----------
+    surface : TriangleMesh, or pair of faces (m, 3) and lengths (m, 3)
+        As in `edge_transport`, in one piece.
+    vertex : int
+        Where the vector starts.
+    value : complex
+        The vector there, in the frame of `edge_transport`.
+    step : float, optional
+        Time of the heat steps; by default the square of the mean edge length.
+
+    Returns
+    -------
+    ndarray of complex, shape (n,)
+        One vector a vertex, each as long as the first.
+
+    Raises
+    ------
+    TypeError, ValueError
+        As in `edge_transport`, or if the vertex is out of range or the step not positive.
+
+    Examples
+    --------
+    >>> from spectral_notes.shapes import sphere
+    >>> z = transport_vector(sphere(3), 0, 2.0)
+    >>> bool(np.allclose(np.abs(z), 2.0))
+    True
+
+    References
+    ----------
+    Sharp, Soliman and Crane, "The vector heat method" (2019), algorithm 1.
+    """
+    edges = edge_transport(surface)
+    n = len(edges.vertex_areas)
+    vertex = int(as_indices("vertex", [vertex], (1,), n)[0])
+    if step is None:
+        step = float(_mean_length(surface) ** 2)
+    step = as_number("step", step, above=0.0)
+    L, M = connection_laplacian(surface)
+    source = np.zeros(2 * n)
+    source[[vertex, vertex + n]] = complex(value).real, complex(value).imag
+    x = PoissonSolver(step * L, M, screening=1.0).solve(load=source)
+    direction = x[:n] + 1j * x[n:]
+    return np.asarray(abs(value) * direction / np.abs(direction), dtype=np.complex128)
+
+
+def arrows_of_field(mesh: TriangleMesh, z: ArrayLike, n_fold: int = 1) -> FloatArray:
+    """Return a field of complex numbers as arrows in space, (n, 3), in the planes across the vertex normals.
+
+    Parameters
+    ----------
+    mesh : TriangleMesh
+        The surface.
+    z : array_like of complex, shape (n,)
+        A field; of an n-fold one the root with the smallest angle is drawn, as long as z.
+    n_fold : int
+        1 for arrows, 2 for lines, 4 for crosses.
+
+    Returns
+    -------
+    ndarray (n, 3)
+        One arrow a vertex. ``geometry`` and matrices know nothing of them: they are for pictures and for input.
+
+    Raises
+    ------
+    TypeError, ValueError
+        As in `field_indices`.
+
+    Examples
+    --------
+    >>> from spectral_notes.shapes import sphere
+    >>> ball = sphere(2)
+    >>> arrows = arrows_of_field(ball, np.ones(ball.n_vertices))
+    >>> bool(np.abs((arrows * vertex_normals(ball)).sum(axis=1)).max() < 1e-12)
+    True
+    """
+    edges = edge_transport(as_mesh(mesh))
+    z = _field(z, mesh.n_vertices)
+    root = np.abs(z) * np.exp(1j * np.angle(z) / as_count("n_fold", n_fold, 1))
+    normals = vertex_normals(mesh)
+    first = edges.heads[_first_edges(edges)]
+    along = mesh.vertices[first] - mesh.vertices
+    along = along - (along * normals).sum(axis=1)[:, None] * normals
+    along /= row_norms(along)[:, None]
+    return root.real[:, None] * along + root.imag[:, None] * np.cross(normals, along)
+
+
+def hodge_parts(mesh: TriangleMesh, field: ArrayLike) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Return three fields that sum to a field of one arrow a face: a gradient, a turned gradient, a harmonic rest.
+
+    The first has no circulation, the second no sources, the last neither; they are orthogonal. The potential of the
+    first is linear with values at vertices, that of the second with values at the middles of edges, zero on a boundary:
+    with both at the vertices the rest would be too large.
+
+    Parameters
+    ----------
+    mesh : TriangleMesh
+        A connected manifold, with m faces.
+    field : array_like, shape (m, 3)
+        Arrows; what sticks out of a face's plane is left off.
+
+    Returns
+    -------
+    gradient, turned, harmonic : ndarray (m, 3)
+        The parts.
+
+    Raises
+    ------
+    TypeError, ValueError
+        If the field does not fit, a face has no area, or the mesh has several pieces or no common orientation.
+
+    Examples
+    --------
+    >>> from spectral_notes.shapes import sphere
+    >>> ball = sphere(2)
+    >>> wind = np.tile([1.0, 0.0, 0.0], (ball.n_faces, 1))  # on a ball it is the gradient of x
+    >>> gradient, turned, harmonic = hodge_parts(ball, wind)
+    >>> bool(max(np.abs(turned).max(), np.abs(harmonic).max()) < 1e-9)
+    True
+
+    References
+    ----------
+    Polthier and Preuss, "Identifying vector field singularities using a discrete Hodge decomposition" (2003).
+    """
+    mesh = as_mesh(mesh)
+    normals = face_normals(mesh)
+    X = as_floats("field", field, (mesh.n_faces, 3))
+    X = X - (X * normals).sum(axis=1)[:, None] * normals
+    return _split(mesh, X, *_hodge_solvers(mesh))
+
+
+def harmonic_fields(mesh: TriangleMesh, *, seed: int = 0) -> FloatArray:
+    """Return an orthonormal basis of the fields without sources and circulation: two for each handle of a closed mesh.
+
+    Parameters
+    ----------
+    mesh : TriangleMesh
+        A connected manifold.
+    seed : int
+        Chooses the random fields whose harmonic parts span the space, and so the basis.
+
+    Returns
+    -------
+    ndarray (2 genus + holes, m, 3)
+        Fields with unit integral of |X|^2; for a mesh with h boundary loops, h - 1 more.
+
+    Raises
+    ------
+    TypeError, ValueError
+        As in `hodge_parts`.
+
+    Examples
+    --------
+    >>> from spectral_notes.shapes import sphere, torus
+    >>> len(harmonic_fields(sphere(2))), len(harmonic_fields(torus(n_major=24, n_minor=12)))
+    (0, 2)
+    """
+    mesh = as_mesh(mesh)
+    solvers, rng, areas = _hodge_solvers(mesh), np.random.default_rng(as_count("seed", seed, 0)), face_areas(mesh)
+    normals, found = face_normals(mesh), np.zeros((0, mesh.n_faces, 3))
+    while True:
+        drawn = rng.normal(size=(mesh.n_faces, 3))
+        drawn -= (drawn * normals).sum(axis=1)[:, None] * normals
+        size = np.sqrt((areas[:, None] * drawn**2).sum())
+        rest = _split(mesh, drawn, *solvers)[2]
+        for _ in range(2):
+            rest = rest - np.einsum("k,kmc->mc", np.einsum("kmc,mc,m->k", found, rest, areas), found)
+        length = np.sqrt((areas[:, None] * rest**2).sum())
+        if length < 1e-6 * size:
+            return found
+        found = np.concatenate([found, [rest / length]])
+
+
+def _hodge_solvers(mesh: TriangleMesh) -> tuple[sp.csr_array, PoissonSolver, sp.csr_array, PoissonSolver]:
+    """Return gradients of functions at vertices and, turned, at middles of edges, each with its Poisson problem."""
+    edges = edge_transport(mesh)
+    n, m = mesh.n_vertices, mesh.n_faces
+    low, high = np.minimum(edges.tails, edges.heads), np.maximum(edges.tails, edges.heads)
+    number = np.unique(low * n + high, return_inverse=True)[1][: 3 * m]  # of half edge 3 f + c, from corner c
+    inner = np.bincount(number) == 2
+    hats = -turned_edges(mesh) / face_areas(mesh)[:, None, None]  # of the edge opposite to each corner: 1 - 2 lambda
+    turned = np.cross(face_normals(mesh)[:, None, :], hats)
+    columns = number.reshape(m, 3)[:, [1, 2, 0]][:, :, None]
+    rows, columns = np.broadcast_arrays(np.arange(m)[:, None, None] + m * np.arange(3), columns)
+    T = sp.csr_array((turned.ravel(), (rows.ravel(), columns.ravel())), (3 * m, len(inner)))
+    A, G = face_area_matrix(mesh), gradient_matrix(mesh)
+    problems = []
+    for D, fixed in ((G, []), (T, np.flatnonzero(~inner))):
+        L = sp.csr_array(D.T @ A @ D)
+        problems.append(PoissonSolver(sp.csr_array((L + L.T) / 2.0), sp.eye_array(L.shape[0], format="csr"), fixed))
+    return G, problems[0], T, problems[1]
+
+
+def _split(
+    mesh: TriangleMesh, field: FloatArray, G: sp.csr_array, first: PoissonSolver, T: sp.csr_array, second: PoissonSolver
+) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Return the two projections of a field, and what is left."""
+    x = face_area_matrix(mesh) @ rows_of_arrows(field)
+    gradient, turned = (
+        arrows_of_rows(D @ problem.solve(load=D.T @ x, remove_mean=True)) for D, problem in ((G, first), (T, second))
+    )
+    return gradient, turned, field - gradient - turned
+
+
+def _faces_and_lengths(surface: Surface) -> tuple[IntArray, FloatArray]:
+    """Return the faces and, for each corner, the length of the edge opposite to it."""
+    if isinstance(surface, tuple):
+        faces, lengths = surface
+        lengths = as_floats("lengths", lengths, ("m", 3))
+        faces = as_indices("faces", faces, (len(lengths), 3), np.iinfo(np.int32).max)
+    else:
+        faces, corners = as_mesh(surface, "surface").faces, surface.vertices[surface.faces]
+        lengths = np.linalg.norm(np.roll(corners, -1, axis=1) - np.roll(corners, 1, axis=1), axis=2)
+    n = int(faces.max()) + 1 if isinstance(surface, tuple) else surface.n_vertices
+    lonely = n - len(np.unique(faces))
+    if lonely:
+        raise ValueError(f"surface must have a face at every vertex; {lonely} have none: clean_mesh drops them")
+    longest = 2.0 * lengths.max(axis=1) - lengths.sum(axis=1)
+    if lengths.min() <= 0 or longest.max() >= -1e-12 * lengths.max():
+        raise ValueError(f"surface must have no face without area; face {int(longest.argmax())} has none")
+    return faces, lengths
+
+
+def _mean_length(surface: Surface) -> float:
+    """Return the mean length of the edges, an inner edge counted for each of its faces."""
+    return float(_faces_and_lengths(surface)[1].mean())
+
+
+def _corner_angles(lengths: FloatArray) -> FloatArray:
+    """Return the angle of each corner (m, 3) by the law of cosines."""
+    a, b, c = lengths, np.roll(lengths, -1, axis=1), np.roll(lengths, 1, axis=1)
+    return np.asarray(np.arccos(np.clip((b**2 + c**2 - a**2) / (2.0 * b * c), -1.0, 1.0)))
+
+
+def _fan_angles(
+    tails: IntArray, thirds: IntArray, corners: FloatArray, key: IntArray, order: IntArray, n_half: int, n: int
+) -> FloatArray:
+    """Return the sum of the corners between the first edge of each vertex and each of its edges, going round once."""
+    following = order[np.searchsorted(key[order], tails * n + thirds)]  # edge to the third corner, next in the fan
+    starts = np.setdiff1d(np.arange(n_half), following)  # on a rim: no face lies before them
+    started = np.zeros(n, dtype=bool)
+    started[tails[starts]] = True
+    if len(starts) > started.sum():
+        raise ValueError("surface must have one fan of faces at each vertex; health(mesh) counts those with several")
+    inner = np.unique(tails, return_index=True)[1]
+    here = np.concatenate([starts, inner[~started[tails[inner]]]])
+    angles = np.full(len(key), np.nan)
+    angles[here] = 0.0
+    while len(here):
+        there = following[here]
+        fresh = np.isnan(angles[there])
+        angles[there[fresh]] = (angles[here] + corners[here])[fresh]
+        here = there[fresh & (there < n_half)]
+    if np.isnan(angles).any():
+        raise ValueError("surface must have one fan of faces at each vertex; health(mesh) counts those with several")
+    return angles
+
+
+def _first_edges(edges: Transport) -> IntArray:
+    """Return for each vertex the edge from which its angles count."""
+    first = np.zeros(len(edges.vertex_areas), dtype=np.int64)
+    zero = np.flatnonzero(edges.angles == 0.0)
+    first[edges.tails[zero]] = zero
+    return first
+
+
+def _field(z: ArrayLike, n: int) -> ComplexArray:
+    """Return a field of one finite complex number a vertex."""
+    z = np.asarray(z, dtype=np.complex128)
+    if z.shape != (n,) or not np.isfinite(z).all():
+        raise ValueError(f"z must hold one finite number for each of the {n} vertices; got shape {z.shape}")
+    return z
