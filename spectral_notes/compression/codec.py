@@ -189,7 +189,7 @@ def _decode(data: bytes, progressive: bool, limit: int, levels: list[Level] | No
     if spectral:
         x = decode_positions(coder, faces, levels or hierarchy(faces, len(x) + mends.lone))
     X = place.restore(x)
-    if not (np.abs(X) < 1e300).all() or (mends.lone and not spectral):
+    if not (np.abs(X) < 1e50).all() or (mends.lone and not spectral):
         raise CorruptStreamError("the file places vertices further away than any encoder does, or not at all")
     return TriangleMesh(X, faces), "spectral" if spectral else "draco"
 

@@ -144,24 +144,26 @@ def code_block(coder: Coder, tables: Tables, present: NDArray[np.bool_], k: IntA
     Rows that depend on bytes that were cut off are left zero.
     """
     out = np.zeros((len(present), 3, present.shape[1]), dtype=np.int64)
-    if coder.ended:
-        return out
     given = np.zeros_like(out) if k is None else k
-    used = coder.unsigned(int(np.flatnonzero(given.any(axis=(1, 2))).max(initial=-1)) + 1)
-    if used > len(present):
-        raise CorruptStreamError("a block has more rows than its patches have modes")
-    contexts, states = Contexts(present), np.zeros(out.shape[1:], dtype=np.int64).tolist()
-    for row in range(used):
-        columns = np.flatnonzero(present[row]).tolist()
-        lists = states, contexts.classes().tolist(), given[row].tolist(), out[row]
-        for state, levels, indices, into in zip(*lists, strict=True):
-            for p in columns:
-                quantiser = QUANTISER[state[p]]
-                index = tables.code(coder, levels[p], quantiser, indices[p])
-                into[p] = 2 * index - quantiser * ((index > 0) - (index < 0))
-                state[p] = NEXT[state[p]][index & 1]
-        contexts.learn(np.abs(out[row]))
-        if coder.ended:
-            out[row] = 0
-            break
+    try:
+        used = coder.unsigned(int(np.flatnonzero(given.any(axis=(1, 2))).max(initial=-1)) + 1)
+        if used > len(present):
+            raise CorruptStreamError("a block has more rows than its patches have modes")
+        contexts, states = Contexts(present), np.zeros(out.shape[1:], dtype=np.int64).tolist()
+        for row in range(used):
+            multiples, columns = np.zeros_like(out[row]), np.flatnonzero(present[row]).tolist()
+            lists = states, contexts.classes().tolist(), given[row].tolist(), multiples
+            for state, levels, indices, into in zip(*lists, strict=True):
+                for p in columns:
+                    quantiser = QUANTISER[state[p]]
+                    index = tables.code(coder, levels[p], quantiser, indices[p])
+                    into[p] = 2 * index - quantiser * ((index > 0) - (index < 0))
+                    state[p] = NEXT[state[p]][index & 1]
+            if coder.ended:
+                break
+            contexts.learn(np.abs(multiples))
+            out[row] = multiples
+    except CorruptStreamError:
+        if not coder.ended:
+            raise
     return out

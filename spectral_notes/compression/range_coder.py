@@ -44,7 +44,7 @@ class Coder:
                     return
                 self._range = -self._low & (BOTTOM - 1)
             if self.reading:
-                if self._at >= len(self._data) + 8 and not self.cut:  # four ahead, four that `finish` may drop
+                if self._at >= len(self._data) + 8:  # four ahead, four that `finish` may drop
                     raise CorruptStreamError("the data end too early")
                 self._code = self._code << 8 & MASK | (self._data[self._at] if self._at < len(self._data) else 0)
                 self._at += 1

@@ -178,7 +178,7 @@ TARGETS = [
     st.sampled_from(TARGETS),
     st.sampled_from(["auto", "spectral"]),
     st.sampled_from([0.0, 1.0, -70.0, 1e4, 5e5]),
-    st.sampled_from([1e-60, 1e-7, 1.0, 1e5, 1e60]),
+    st.sampled_from([1e-60, 1e-7, 1.0, 1e5, 1e40]),
 )
 def test_any_mesh_round_trips_at_any_place_in_any_unit(mesh, target, codec, place, unit):
     """Places are counted in sizes of the mesh; what double precision cannot hold there is not asked for."""
@@ -226,7 +226,7 @@ import numpy as np
 from spectral_notes.compression import decode, encode
 from spectral_notes.meshes import TriangleMesh
 from spectral_notes.shapes import egg
-ball = egg(subdivisions=2)
+ball = egg(subdivisions=1)
 for place, unit in ((0, 1), (5e7, 1), (2e5, 1), (0, 1e-7), (1, 1e-30), (1e12, 1e6)):
     mesh = TriangleMesh((ball.vertices + [place, -place / 3, 0]) * unit, ball.faces)
     for target in ({"error": 1e-4}, {"error": 1e9}, {"bits_per_vertex": 64}, {"bits_per_vertex": 0.1}):
