@@ -11,17 +11,23 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from spectral_notes._checks import FloatArray, IntArray, as_choice, as_count, as_number
-from spectral_notes.compression import sgn_format as sgn
-from spectral_notes.compression.coefficients import Head, Shape, decode_base, decode_detail
-from spectral_notes.compression.connectivity import DRACO_HEADER, MAX_VERTICES, decode_connectivity, encode_connectivity
-from spectral_notes.compression.corrections import decode_corrections
-from spectral_notes.compression.range_coder import CorruptStreamError
-from spectral_notes.compression.search import TANGENTIAL, Job, Target, draco_files, spectral_files
+from spectral_notes._checks import as_choice, as_count, as_number
+from spectral_notes.compression.bases import Level, hierarchy
+from spectral_notes.compression.connectivity import (
+    MAX_VERTICES,
+    NONE,
+    decode_connectivity,
+    encode_connectivity,
+    size_of,
+)
+from spectral_notes.compression.file_format import Place, front, unpack
+from spectral_notes.compression.positions import decode_positions
+from spectral_notes.compression.range_coder import Coder, CorruptStreamError
+from spectral_notes.compression.search import QUALITIES, Job, Target, draco_files, spectral_files
 from spectral_notes.meshes import TriangleMesh, as_mesh
 
-SMALLEST_ERROR = 1e-6  # percent of the diagonal; finer than that, float32 files are the better answer
-SMALLEST_RATE = 0.1
+FINEST_ERROR, COARSEST_ERROR = 1e-6, 100.0  # percent of the diagonal; a coarser target is met by what meets this one
+LOWEST_RATE, HIGHEST_RATE = 0.1, 64.0
 
 
 @dataclass(frozen=True)
@@ -58,16 +64,17 @@ def encode(
 ) -> bytes:
     """Encode a mesh as the bytes of a `.sgn` file whose error, or size, is the one asked for.
 
-    The faces come back exactly; vertices and faces are renumbered (see `transmission_order`).
+    The faces come back exactly; vertices and faces are numbered anew (see `renumbered`). The file is decoded and
+    compared with the mesh before it is returned.
 
     Parameters
     ----------
     mesh : TriangleMesh
-        Any mesh: open, in several pieces, not manifold.
+        Any mesh: open, in several pieces, not manifold, wound either way, of any unit and at any place.
     error : float, optional
         Root mean square distance between original and decoded mesh, in percent of the bounding-box diagonal: of
         vertices (quality "vertex") or of surfaces (quality "surface", the larger of both directions). Met from below,
-        by the spectral codec within one percent.
+        by the spectral codec within one percent where no correction is sent.
     bits_per_vertex : float, optional
         Instead of `error`: bits a vertex that may be spent on positions.
     quality : {"vertex", "surface"}
@@ -76,6 +83,7 @@ def encode(
         "auto" takes whichever is better.
     max_error : float, optional
         Largest distance of any vertex from where it should be, in percent of the diagonal; further ones are corrected.
+        By default the spectral codec keeps vertices within 2.3 times their error, or surfaces within 5 times theirs.
 
     Returns
     -------
@@ -86,7 +94,7 @@ def encode(
     ------
     TypeError, ValueError
         If not exactly one of `error` and `bits_per_vertex` is given, a number is out of range, the mesh has no extent,
-        or "draco" is asked for and would merge vertices that coincide.
+        or no file of the codec meets the target (Draco merges vertices that coincide, and carries 22 bits).
 
     References
     ----------
@@ -103,36 +111,34 @@ def encode(
     True
     """
     mesh = as_mesh(mesh)
-    target = _as_target(error, bits_per_vertex, max_error)
-    as_choice("quality", quality, tuple(TANGENTIAL))
+    as_choice("quality", quality, QUALITIES)
     as_choice("codec", codec, ("auto", "spectral", "draco"))
-    job = Job(mesh, quality, target)
-    files = []
-    if codec != "draco":
-        files += spectral_files(job)
-    if codec != "spectral":
-        files += draco_files(job)
-    if not files:
-        raise ValueError(
-            f"codec {codec!r} cannot meet {'error' if target.rate is None else 'bits_per_vertex'} on this mesh: "
-            "ask for less, or for 'auto' (Draco merges vertices that coincide and drops those without a face)"
-        )
-    if target.error is not None:
-        return min((data for data, _ in files), key=len)
-    return min(files, key=lambda f: f[1])[0]
-
-
-def _as_target(error: float | None, rate: float | None, bound: float | None) -> Target:
-    """Check the three numbers."""
-    if (error is None) == (rate is None):
+    if (error is None) == (bits_per_vertex is None):
         raise ValueError("give exactly one of error and bits_per_vertex")
-    if error is not None:
-        error = as_number("error", error, low=SMALLEST_ERROR)
-    if rate is not None:
-        rate = as_number("bits_per_vertex", rate, low=SMALLEST_RATE)
-    if bound is not None:
-        bound = as_number("max_error", bound, low=SMALLEST_ERROR)
-    return Target(error, rate, bound)
+    error = None if error is None else min(as_number("error", error, low=FINEST_ERROR), COARSEST_ERROR)
+    bound = None if max_error is None else min(as_number("max_error", max_error, low=FINEST_ERROR), COARSEST_ERROR)
+    rate = LOWEST_RATE
+    if bits_per_vertex is not None:
+        rate = min(as_number("bits_per_vertex", bits_per_vertex, low=LOWEST_RATE), HIGHEST_RATE)
+    job = Job(mesh, quality, Target(error, rate, bound))
+    files = spectral_files(job) if codec != "draco" else []
+    files += draco_files(job) if codec != "spectral" else []
+    for data, _ in sorted(files, key=lambda file: (0.0 if error else file[1], len(file[0]))):
+        if _reads_back(data, job):
+            return data
+    raise ValueError(
+        f"codec {codec!r} cannot meet {'bits_per_vertex' if error is None else 'error'} on this mesh: ask for less, or "
+        "for 'auto' (Draco merges vertices that coincide, drops those without a face, and keeps 22 bits a coordinate)"
+    )
+
+
+def _reads_back(data: bytes, job: Job) -> bool:
+    """Whether a file that was written decodes to the faces and within the errors."""
+    mesh, target = _decode(data, False, MAX_VERTICES, job.levels)[0], job.target
+    x = job.place.shrink(mesh.vertices)
+    gap = 100 / job.diagonal * float(np.sqrt(((x - job.x) ** 2).sum(axis=1).max()))
+    same = np.array_equal(mesh.faces, job.connectivity.faces) and gap <= (target.bound or np.inf)
+    return same and (target.error is None or job.error(x) <= target.error * (1 + 1e-6))
 
 
 def decode(data: bytes, *, progressive: bool = False, max_vertices: int = MAX_VERTICES) -> TriangleMesh:
@@ -144,14 +150,14 @@ def decode(data: bytes, *, progressive: bool = False, max_vertices: int = MAX_VE
         What `encode` returned.
     progressive : bool
         Accept a spectral file whose end is missing and return a smoother mesh with the same faces. Bytes that were
-        changed rather than cut off are then noticed only up to the base.
+        changed rather than cut off are then noticed only before the first coefficient.
     max_vertices : int
         Refuse to build a larger mesh, before anything of its size is allocated.
 
     Returns
     -------
     TriangleMesh
-        With the faces that were encoded, numbered as `transmission_order` says.
+        With the faces that were encoded, numbered as `renumbered` says.
 
     Raises
     ------
@@ -167,42 +173,25 @@ def decode(data: bytes, *, progressive: bool = False, max_vertices: int = MAX_VE
     >>> decode(data[: len(data) - 200], progressive=True)
     TriangleMesh('', 642 vertices, 1280 faces)
     """
-    sections, whole, rest, faces, lone = _open(data, progressive, max_vertices)
-    n = len(rest) + lone
-    if sections.kind == sgn.DRACO:
-        return TriangleMesh(rest, faces)
-    head = Head.unpack(sections.head)
-    shape = Shape(faces, n)
-    surface = decode_base(sections.base, shape, head)
-    X = decode_detail(sections.detail, shape, head, surface, partial=not whole)
-    X = decode_corrections(sections.corrections, X) if whole else X
-    if not (np.abs(X) < 1e30).all():
-        raise CorruptStreamError("the file places vertices further away than any encoder does")
-    return TriangleMesh(X, faces)
+    return _decode(data, progressive, as_count("max_vertices", max_vertices, 1, MAX_VERTICES))[0]
 
 
-def transmission_order(mesh: TriangleMesh) -> IntArray:
-    """Return, for each vertex that `decode` will return, which vertex of the mesh it was, shape (n,).
-
-    Parameters
-    ----------
-    mesh : TriangleMesh
-        The mesh that is encoded.
-
-    Returns
-    -------
-    (n,) int array
-        A permutation: `decode(encode(mesh, ...)).vertices` approximates `mesh.vertices[order]`.
-
-    Examples
-    --------
-    >>> from spectral_notes.shapes import egg
-    >>> order = transmission_order(egg(subdivisions=2))
-    >>> bool((np.sort(order) == np.arange(162)).all())
-    True
-    """
-    mesh = as_mesh(mesh)
-    return encode_connectivity(mesh.faces, mesh.n_vertices).order
+def _decode(data: bytes, progressive: bool, limit: int, levels: list[Level] | None = None) -> tuple[TriangleMesh, str]:
+    """The mesh of a file and its codec; `levels` saves the work of deriving them from the faces again."""
+    if not isinstance(data, bytes | bytearray | memoryview):
+        raise TypeError(f"data must be bytes; got {type(data).__name__}")
+    stream, payload, whole = unpack(bytes(data), progressive=progressive)
+    coder = Coder(payload, cut=not whole)
+    place, mends, spectral = front(coder, Place(), NONE, False, limit)
+    if coder.ended:
+        raise CorruptStreamError("data ends before the first coefficient")
+    x, faces = decode_connectivity(stream, mends, limit)
+    if spectral:
+        x = decode_positions(coder, faces, levels or hierarchy(faces, len(x) + mends.lone))
+    X = place.restore(x)
+    if not (np.abs(X) < 1e50).all() or (mends.lone and not spectral):
+        raise CorruptStreamError("the file places vertices further away than any encoder does, or not at all")
+    return TriangleMesh(X, faces), "spectral" if spectral else "draco"
 
 
 def renumbered(mesh: TriangleMesh) -> TriangleMesh:
@@ -255,19 +244,6 @@ def describe(data: bytes) -> FileSummary:
     >>> summary.codec, summary.n_vertices, summary.total_bytes > summary.connectivity_bytes
     ('spectral', 642, True)
     """
-    sections, _, points, faces, lone = _open(data, False, MAX_VERTICES)
-    stream = sections.stream
-    if sections.kind == sgn.DRACO:
-        stream = encode_connectivity(faces, len(points) + lone).stream
-    size = len(stream) + len(sections.mends) + len(DRACO_HEADER)
-    codec = "draco" if sections.kind == sgn.DRACO else "spectral"
-    return FileSummary(codec, len(points) + lone, len(faces), len(data), size)
-
-
-def _open(data: bytes, progressive: bool, limit: int) -> tuple[sgn.Sections, bool, FloatArray, IntArray, int]:
-    """Check a file and read its connectivity: sections, whether whole, stream positions, faces, lone vertices."""
-    if not isinstance(data, bytes | bytearray | memoryview):
-        raise TypeError(f"data must be bytes; got {type(data).__name__}")
-    limit = as_count("max_vertices", limit, 1, MAX_VERTICES)
-    sections, whole = sgn.unpack(bytes(data), progressive=progressive)
-    return sections, whole, *decode_connectivity(sections.stream, sections.mends, limit)
+    mesh, codec = _decode(data, False, MAX_VERTICES)
+    size = size_of(encode_connectivity(mesh.faces, mesh.n_vertices))
+    return FileSummary(codec, mesh.n_vertices, mesh.n_faces, len(data), size)

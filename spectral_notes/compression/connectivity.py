@@ -1,39 +1,65 @@
 """The faces of a mesh as a Draco stream without positions, and the order of the vertices that it implies.
 
 Draco's Edgebreaker (Rossignac 1999) codes which triangles meet in one to three bits a vertex, and numbers the vertices
-in the order it visits them. It cuts a mesh apart where it is not manifold and drops vertices that no face names; both
-are mended by what follows the stream, so that faces come back exactly, up to the numbering.
+in the order it visits them. It cuts a mesh apart where neighbours are not wound alike or more than two faces meet, and
+drops vertices that no face names; both are mended, so that faces come back exactly, up to the numbering. Nothing may
+reach Draco that is not finite, centred and of size about one: the process does not survive anything else.
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
 
 import DracoPy
 import numpy as np
 
 from spectral_notes._checks import FloatArray, IntArray
-from spectral_notes.compression.range_coder import CorruptStreamError
+from spectral_notes.compression.range_coder import Coder, CorruptStreamError
 
 DRACO_HEADER = b"DRACO\x02\x02\x01\x01\x00\x00"  # bitstream 2.2, a mesh, Edgebreaker, no metadata: not stored
-LEVEL = 10  # Draco's best compression
+BEST = 10  # Draco's best compression by its own account; for positions 9 is at times smaller
 MAX_VERTICES = 1 << 24  # vertex numbers are exact in float32 up to here
-PER_BYTE = 1000  # the most regular grids take more than a thousandth of a byte a vertex
+PER_BYTE = 1000  # the most regular grids take more than a thousandth of a byte a face
+
+
+@dataclass(frozen=True, eq=False)
+class Mends:
+    """Points of Draco's that repeat a vertex (`again`, ascending), which one (`twin`), how many vertices it drops."""
+
+    again: IntArray
+    twin: IntArray
+    lone: int
+
+    def code(self, coder: Coder, limit: int) -> Mends:
+        """Write the mends, or read them; `limit` bounds the number of vertices."""
+        lone, count, again, twin = coder.unsigned(self.lone), coder.unsigned(len(self.again)), [], []
+        width, at = coder.bits(5, int(self.twin.max(initial=0)).bit_length()), -1
+        if max(lone, count // 3) > limit:
+            raise CorruptStreamError("the list of joined vertices is longer than the mesh allows")
+        for i in range(count):
+            at += 1 + coder.unsigned(0 if coder.reading else int(self.again[i]) - at - 1)
+            again.append(at)
+            twin.append(coder.bits(width, 0 if coder.reading else int(self.twin[i])))
+            if coder.ended or at > 1 << 40:
+                raise CorruptStreamError("the list of joined vertices does not fit the mesh")
+        return Mends(np.array(again, dtype=np.int64), np.array(twin, dtype=np.int64), lone)
+
+
+NONE = Mends(np.zeros(0, dtype=np.int64), np.zeros(0, dtype=np.int64), 0)
 
 
 @dataclass(frozen=True, eq=False)
 class Connectivity:
     """Faces as the decoder will number them, `order[i]` the encoder's vertex that becomes vertex i, and the bytes.
 
-    `visited` and `cut_faces` are what Draco itself decodes, before the mends.
+    `first` names the points of Draco's stream that become vertices, `cut_faces` its faces before the mends.
     """
 
     faces: IntArray
     order: IntArray
     stream: bytes
-    mends: bytes
-    visited: IntArray
+    mends: Mends
+    first: IntArray
     cut_faces: IntArray
 
 
@@ -42,73 +68,69 @@ def encode_connectivity(faces: IntArray, n: int) -> Connectivity:
     if n > MAX_VERTICES:
         raise ValueError(f"mesh must have at most {MAX_VERTICES} vertices; got {n}")
     bits = max(1, (n - 1).bit_length())
-    numbers = np.zeros((n, 3), dtype=np.float32)
+    numbers = np.zeros((n, 3))
     numbers[:, 0] = np.arange(n)
-    numbered = draco_encode(numbers, faces, bits, float(2**bits - 1), np.zeros(3))
     stream = draco_encode(numbers, faces, 1, 1e9, np.zeros(3))
-    points, cut = draco_decode(numbered, n)
+    points, cut = draco_decode(draco_encode(numbers, faces, bits, float(2**bits - 1), np.zeros(3)))
     visited = np.rint(points[:, 0]).astype(np.int64)
     first = np.sort(np.unique(visited, return_index=True)[1])
-    again = np.setdiff1d(np.arange(len(visited)), first)
-    lone = np.setdiff1d(np.arange(n), visited)
-    new = np.empty(n, dtype=np.int64)
-    new[visited[first]] = np.arange(len(first))
-    mends = b""
-    if len(again) or len(lone):
-        mends = b"".join(map(pack_varint, [len(again), len(lone), *_gaps(again), *new[visited[again]].tolist()]))
-    order = np.r_[visited[first], lone]
-    new[lone] = np.arange(len(first), n)
-    return Connectivity(new[visited[cut]], order, stream, mends, visited, cut)
+    again, lone = np.setdiff1d(np.arange(len(visited)), first), np.setdiff1d(np.arange(n), visited)
+    new, order = np.empty(n, dtype=np.int64), np.r_[visited[first], lone]
+    new[order] = np.arange(n)
+    mends = Mends(again, new[visited[again]], len(lone))
+    return Connectivity(new[visited[cut]], order, stream, mends, first, cut)
 
 
-def decode_connectivity(stream: bytes, mends: bytes, limit: int) -> tuple[FloatArray, IntArray, int]:
-    """Return the positions in the stream (n, 3), the faces, and how many vertices at the end no face names.
+def size_of(c: Connectivity) -> int:
+    """Bytes of a file of the faces alone: Draco's header and stream, and the mends if there are any."""
+    coder = Coder()
+    c.mends.code(coder, MAX_VERTICES)
+    mends = coder.finish() if len(c.mends.again) or c.mends.lone else b""
+    return len(DRACO_HEADER) + len(c.stream) + len(mends)
 
-    `limit` bounds the number of vertices. Raises CorruptStreamError for anything an encoder does not write.
+
+def decode_connectivity(stream: bytes, mends: Mends, limit: int) -> tuple[FloatArray, IntArray]:
+    """Return the positions in the stream (n, 3) and the faces; vertices that no face names follow, without positions.
+
+    The counts that the stream begins with are held against `limit` and the size of the file before Draco sees them
+    and allocates anything. Raises CorruptStreamError for what no encoder writes.
     """
-    points, faces = draco_decode(stream, limit)
-    if not len(faces) or faces.max() >= len(points):
-        raise CorruptStreamError("the connectivity has no faces, or names vertices it does not have")
-    lone, again, twin = _read_mends(mends, len(points), limit)
+    n, at = _varint(stream, 1)
+    m, _ = _varint(stream, at)
+    if n - len(mends.again) + mends.lone > limit or n > 3 * m or m > PER_BYTE * (len(stream) + 1):
+        raise CorruptStreamError(f"data announces {n} vertices and {m} faces: more than its size or {limit} allow")
+    points, faces = draco_decode(stream)
     keep = np.ones(len(points), dtype=bool)
-    keep[again] = False
+    if not len(faces) or faces.max() >= len(points) or mends.again.max(initial=0) >= len(points):
+        raise CorruptStreamError("the connectivity names vertices it does not have")
+    keep[mends.again] = False
+    if mends.twin.max(initial=-1) >= keep.sum() or keep.sum() + mends.lone > limit:
+        raise CorruptStreamError(f"the connectivity joins vertices it does not have, or has more than {limit}")
     new = np.cumsum(keep) - 1
-    if (twin >= keep.sum()).any():
-        raise CorruptStreamError("the connectivity joins a vertex to one that is not there")
-    new[again] = twin
+    new[mends.again] = mends.twin
     faces = new[faces]
-    if (faces == np.roll(faces, 1, axis=1)).any() or keep.sum() + lone > limit:
-        raise CorruptStreamError(f"the connectivity names a vertex twice in a face, or has more than {limit} vertices")
-    return points[keep], faces, lone
+    if (faces == np.roll(faces, 1, axis=1)).any():
+        raise CorruptStreamError("the connectivity names a vertex twice in a face")
+    return points[keep], faces
 
 
-def draco_encode(points: Any, faces: IntArray, bits: int, extent: float, origin: Any) -> bytes:
-    """Encode a mesh with Draco at its best level, positions on a grid of 2^bits - 1 steps over `extent`; no header."""
+def draco_encode(
+    points: FloatArray, faces: IntArray, bits: int, extent: float, origin: FloatArray, level: int = BEST
+) -> bytes:
+    """Encode a mesh with Draco, positions on a grid of 2^bits - 1 steps over `extent`; no header."""
     data = bytes(
         DracoPy.encode(
-            np.asarray(points, dtype=np.float32),
-            faces.astype(np.uint32),
-            quantization_bits=bits,
-            compression_level=LEVEL,
-            quantization_range=extent,
-            quantization_origin=[float(x) for x in origin],
+            points.astype(np.float32), faces.astype(np.uint32), quantization_bits=bits, compression_level=level,
+            quantization_range=extent, quantization_origin=origin.tolist(),
         )
-    )
+    )  # fmt: skip
     if not data.startswith(DRACO_HEADER):
         raise RuntimeError(f"this version of Draco writes another bitstream than 2.2: {data[:11]!r}")
     return data[len(DRACO_HEADER) :]
 
 
-def draco_decode(stream: bytes, limit: int) -> tuple[FloatArray, IntArray]:
-    """Decode a Draco stream without header into positions (n, 3) and faces (m, 3).
-
-    Its header's counts are held against its size and the limit before Draco sees it and allocates anything.
-    """
-    vertices, at = unpack_varint(stream, 1)
-    faces, _ = unpack_varint(stream, at)
-    most = 3 * min(limit, PER_BYTE * (len(stream) + 1))  # a mesh cut apart has up to three points a face
-    if max(vertices, faces) > most:
-        raise CorruptStreamError(f"data announces {vertices} vertices and {faces} faces; {most} fit its size and limit")
+def draco_decode(stream: bytes) -> tuple[FloatArray, IntArray]:
+    """Decode a Draco stream without header into positions (n, 3) and faces (m, 3)."""
     try:
         mesh = DracoPy.decode(DRACO_HEADER + stream)
     except Exception as error:  # DracoPy raises several kinds of its own
@@ -117,46 +139,12 @@ def draco_decode(stream: bytes, limit: int) -> tuple[FloatArray, IntArray]:
     return points, np.asarray(mesh.faces, dtype=np.int64).reshape(-1, 3)
 
 
-def _read_mends(mends: bytes, cut: int, limit: int) -> tuple[int, IntArray, IntArray]:
-    """The number of lone vertices, the points that repeat a vertex and which vertex they repeat."""
-    if not mends:
-        return 0, np.zeros(0, dtype=np.int64), np.zeros(0, dtype=np.int64)
-    count, at = unpack_varint(mends, 0)
-    lone, at = unpack_varint(mends, at)
-    if count >= max(cut, 1) or 2 * count > len(mends) or lone > limit:
-        raise CorruptStreamError("the list of joined vertices is longer than the file allows")
-    values = []
-    for _ in range(2 * count):
-        value, at = unpack_varint(mends, at)
-        values.append(value)
-    again = np.cumsum(np.array(values[:count], dtype=np.int64) + 1) - 1
-    if at != len(mends) or (count and again[-1] >= cut):
-        raise CorruptStreamError("the list of joined vertices does not fit the connectivity")
-    return lone, again, np.array(values[count:], dtype=np.int64)
-
-
-def _gaps(ascending: IntArray) -> list[int]:
-    return (np.diff(ascending, prepend=-1) - 1).tolist()
-
-
-def pack_varint(value: int) -> bytes:
-    """Seven bits a byte, the high bit says that more follow."""
-    out = bytearray()
-    while value > 0x7F:
-        out.append(value & 0x7F | 0x80)
-        value >>= 7
-    out.append(value)
-    return bytes(out)
-
-
-def unpack_varint(data: bytes, at: int) -> tuple[int, int]:
-    """Return the value that starts at a place and the place after it."""
+def _varint(data: bytes, at: int) -> tuple[int, int]:
+    """The number that Draco writes at a place, seven bits a byte, and the place after it."""
     value = shift = 0
-    while True:
-        if at >= len(data) or shift > 35:
-            raise CorruptStreamError("the file ends inside a number")
+    while at < len(data) and shift <= 35:
         value |= (data[at] & 0x7F) << shift
-        shift += 7
-        at += 1
+        shift, at = shift + 7, at + 1
         if data[at - 1] < 0x80:
             return value, at
+    raise CorruptStreamError("the connectivity ends inside a number")

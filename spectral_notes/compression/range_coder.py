@@ -1,130 +1,84 @@
 """An integer range coder with adaptive tables: exact on every machine because no floating point takes part.
 
-A message of symbols with probabilities p_i becomes a number of about sum(-log2 p_i) bits (Martin 1979). Forty lines of
-integers are the whole coder, so the format depends on no library's rounding.
+A message of symbols with probabilities p_i becomes a number of about sum(-log2 p_i) bits (Martin 1979). One class reads
+and writes, so that each part of a file is described once: every method takes the value to write and returns the value
+written or read. Where a carry could still run through bytes already written, the interval is cut short instead.
 """
 
 from __future__ import annotations
 
-TOP = 1 << 24
-MASK = (1 << 32) - 1
+MASK, TOP, BOTTOM = (1 << 32) - 1, 1 << 24, 1 << 16
 LIMIT = 1 << 13  # total count at which a table forgets half
 STEP = 24  # what one occurrence adds to a count
-MAX_BITS = 40  # longest escape; a hostile stream cannot ask for more
+MAX_BITS = 62  # longest integer; a hostile stream cannot ask for more
 
 
 class CorruptStreamError(ValueError):
     """Say that coded data are not what any encoder writes."""
 
 
-class RangeEncoder:
-    """Turn symbols into bytes; `finish` returns them."""
+class Coder:
+    """Write symbols, or read them from the bytes it is made with, of which the end may be cut off."""
 
-    def __init__(self) -> None:
-        self._low, self._range, self._cache, self._pending = 0, MASK, 0, 0
-        self._out = bytearray()
-        self._first = True
+    def __init__(self, data: bytes | None = None, *, cut: bool = False) -> None:
+        self.reading, self.cut, self._data, self._at = data is not None, cut, data or b"", 4
+        self._low, self._range, self._out = 0, MASK, bytearray()
+        self._code = int.from_bytes(self._data[:4].ljust(4, b"\0"), "big")
 
-    def put(self, start: int, count: int, total: int) -> None:
-        """Code a symbol that owns start .. start + count - 1 of `total`."""
-        r = self._range // total
-        self._low += r * start
-        self._range = r * count
-        while self._range < TOP:
-            self._range <<= 8
-            self._shift()
+    @property
+    def ended(self) -> bool:
+        """Whether a symbol already read may depend on a byte that was cut off."""
+        return self.cut and self._at > len(self._data)
 
-    def put_bits(self, value: int, width: int) -> None:
+    def place(self, total: int) -> int:
+        """Where in 0 .. total - 1 the next symbol lies, when reading."""
+        return min((self._code - self._low & MASK) // (self._range // total), total - 1)
+
+    def narrow(self, start: int, count: int, total: int) -> None:
+        """Code the symbol that owns start .. start + count - 1 of `total`, at most 2^16."""
+        step = self._range // total
+        self._low, self._range = self._low + step * start, step * count
+        while True:
+            if self._low ^ (self._low + self._range) >= TOP:
+                if self._range >= BOTTOM:
+                    return
+                self._range = -self._low & (BOTTOM - 1)
+            if self.reading:
+                if self._at >= len(self._data) + 8:  # four ahead, four that `finish` may drop
+                    raise CorruptStreamError("the data end too early")
+                self._code = self._code << 8 & MASK | (self._data[self._at] if self._at < len(self._data) else 0)
+                self._at += 1
+            else:
+                self._out.append(self._low >> 24)
+            self._low, self._range = self._low << 8 & MASK, self._range << 8
+
+    def bits(self, width: int, value: int = 0) -> int:
         """Code the low `width` bits of a value, each with probability one half."""
-        while width > 16:
-            width -= 16
-            self.put(value >> width & 0xFFFF, 1, 1 << 16)
-        self.put(value & ((1 << width) - 1), 1, 1 << width)
+        out = 0
+        for shift in range(0, width, 16):
+            total = 1 << min(16, width - shift)
+            part = self.place(total) if self.reading else value >> shift & (total - 1)
+            self.narrow(part, 1, total)
+            out |= part << shift
+        return out
 
-    def put_unsigned(self, value: int) -> None:
+    def unsigned(self, value: int = 0) -> int:
         """Code an integer >= 0 in about 2 log2(value + 1) + 1 bits (Elias gamma)."""
-        width = (value + 1).bit_length() - 1
-        for _ in range(width):
-            self.put(1, 1, 2)
-        self.put(0, 1, 2)
-        if width:
-            self.put_bits(value + 1, width)
-
-    def _shift(self) -> None:
-        """Move the top byte out, carrying into the bytes that wait."""
-        if self._low < 0xFF000000 or self._low > MASK:
-            carry = self._low >> 32
-            if not self._first:
-                self._out.append((self._cache + carry) & 0xFF)
-            self._first = False
-            self._out.extend(bytes([(0xFF + carry) & 0xFF]) * self._pending)
-            self._pending = 0
-            self._cache = self._low >> 24 & 0xFF
-        else:
-            self._pending += 1
-        self._low = self._low << 8 & MASK
-
-    def finish(self) -> bytes:
-        """Return the bytes; zeros at the end are dropped, the decoder supplies them."""
-        for _ in range(5):
-            self._shift()
-        return bytes(self._out).rstrip(b"\0")
-
-
-class RangeDecoder:
-    """Turn bytes back into symbols; past the end it reads zeros and says so in `exhausted`."""
-
-    def __init__(self, data: bytes) -> None:
-        self._data, self._at, self._range, self._code = data, 0, MASK, 0
-        for _ in range(4):
-            self._code = self._code << 8 | self._next()
-
-    @property
-    def exhausted(self) -> bool:
-        """Whether a symbol already read may depend on a byte that is not there."""
-        return self._at > len(self._data)
-
-    @property
-    def overrun(self) -> bool:
-        """Whether more was read than any encoder means: four bytes ahead, and the few zeros it drops."""
-        return self._at > len(self._data) + 9
-
-    def _next(self) -> int:
-        at = self._at
-        self._at = at + 1
-        return self._data[at] if at < len(self._data) else 0
-
-    def target(self, total: int) -> int:
-        """The place in 0 .. total - 1 that the next symbol owns; follow with `take`."""
-        self._range //= total
-        return min(self._code // self._range, total - 1)
-
-    def take(self, start: int, count: int) -> None:
-        """Remove the symbol that owns start .. start + count - 1 of the total given to `target`."""
-        self._code -= self._range * start
-        self._range *= count
-        while self._range < TOP:
-            self._code = (self._code << 8 | self._next()) & MASK
-            self._range <<= 8
-
-    def get_bits(self, width: int) -> int:
-        """Read what `put_bits` wrote."""
-        value = 0
-        while width > 16:
-            width -= 16
-            value = value << 16 | self.get_bits(16)
-        part = self.target(1 << width)
-        self.take(part, 1)
-        return value << width | part
-
-    def get_unsigned(self) -> int:
-        """Read what `put_unsigned` wrote."""
-        width = 0
-        while self.get_bits(1):
+        width, wanted = 0, (value + 1).bit_length() - 1
+        while self.bits(1, width < wanted):
             width += 1
             if width > MAX_BITS:
                 raise CorruptStreamError("a coded integer is longer than any encoder writes")
-        return (1 << width | self.get_bits(width)) - 1 if width else 0
+        return (1 << width | self.bits(width, value + 1)) - 1
+
+    def signed(self, value: int = 0) -> int:
+        """Code an integer of either sign."""
+        code = self.unsigned(2 * value - 1 if value > 0 else -2 * value)
+        return (code + 1) // 2 if code % 2 else -(code // 2)
+
+    def finish(self) -> bytes:
+        """Return the bytes written; zeros at the end of the last four are dropped, the reader supplies them."""
+        return bytes(self._out) + self._low.to_bytes(4, "big").rstrip(b"\0")
 
 
 class Table:
@@ -133,27 +87,20 @@ class Table:
     def __init__(self, counts: list[int]) -> None:
         self._counts, self._total = list(counts), sum(counts)
 
-    def encode(self, coder: RangeEncoder, symbol: int) -> None:
+    def code(self, coder: Coder, symbol: int = 0) -> int:
         """Code a symbol and count it."""
         counts = self._counts
-        coder.put(sum(counts[:symbol]), counts[symbol], self._total)
-        self._saw(symbol)
-
-    def decode(self, coder: RangeDecoder) -> int:
-        """Read a symbol and count it."""
-        place, start, symbol = coder.target(self._total), 0, 0
-        for count in self._counts:
-            if place < start + count:
-                break
-            start += count
-            symbol += 1
-        coder.take(start, self._counts[symbol])
-        self._saw(symbol)
-        return symbol
-
-    def _saw(self, symbol: int) -> None:
-        self._counts[symbol] += STEP
+        if coder.reading:
+            place, start, symbol = coder.place(self._total), 0, 0
+            while place >= start + counts[symbol]:
+                start += counts[symbol]
+                symbol += 1
+        else:
+            start = sum(counts[:symbol])
+        coder.narrow(start, counts[symbol], self._total)
+        counts[symbol] += STEP
         self._total += STEP
         if self._total > LIMIT:
-            self._counts = [(count + 1) >> 1 for count in self._counts]
+            self._counts = [(count + 1) >> 1 for count in counts]
             self._total = sum(self._counts)
+        return symbol

@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import subprocess
+import sys
+
 import hypothesis.extra.numpy as hnp
 import numpy as np
 import pytest
@@ -9,10 +12,15 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from spectral_notes.compression import decode, describe, encode, renumbered
-from spectral_notes.compression.codec import transmission_order
+from spectral_notes.compression.connectivity import encode_connectivity
 from spectral_notes.geometry.mesh_distances import hausdorff_error, normal_deviation, surface_error, vertex_error
 from spectral_notes.meshes import TriangleMesh
 from spectral_notes.shapes import egg, sphere, torus
+
+
+def order_of(mesh: TriangleMesh) -> np.ndarray:
+    """Which vertex of the mesh each vertex of the decoded one was."""
+    return encode_connectivity(mesh.faces, mesh.n_vertices).order
 
 
 def diagonal(mesh: TriangleMesh) -> float:
@@ -67,7 +75,7 @@ def test_a_draco_file_is_no_larger_than_what_draco_writes(lumpy):
         quantization_range=extent, quantization_origin=low.tolist(),
     )
     decoded = DracoPy.decode(plain)
-    gap = np.asarray(decoded.points) - lumpy.vertices[transmission_order(lumpy)]
+    gap = np.asarray(decoded.points) - lumpy.vertices[order_of(lumpy)]
     error = 100 * np.sqrt((gap**2).sum(axis=1).mean()) / diagonal(lumpy)
     assert len(encode(lumpy, error=error * (1 + 1e-9), codec="draco")) <= len(plain) * 1.002
 
@@ -130,7 +138,7 @@ def test_small_and_odd_meshes_come_back(request, name, codec):
 
 def same_surface(mesh: TriangleMesh, decoded: TriangleMesh, error: float) -> bool:
     """Whether the decoded mesh is the renumbered one: the same faces with their orientation, vertices within the error."""
-    order = transmission_order(mesh)
+    order = order_of(mesh)
     back = np.sort(np.lexsort(_rolled(order[decoded.faces]).T[::-1]))
     faces = np.unique(_rolled(order[decoded.faces]), axis=0, return_counts=True)
     wanted = np.unique(_rolled(mesh.faces), axis=0, return_counts=True)
@@ -158,12 +166,79 @@ def random_meshes(draw) -> TriangleMesh:
     return TriangleMesh(vertices, faces)
 
 
-@settings(max_examples=25, deadline=None, suppress_health_check=list(HealthCheck))
-@given(random_meshes(), st.sampled_from([3.0, 0.1, 0.003]), st.sampled_from(["auto", "spectral"]))
-def test_any_mesh_round_trips(mesh, error, codec):
-    data = encode(mesh, error=error, codec=codec)
-    assert same_surface(mesh, decode(data), error)
+TARGETS = [
+    {"error": 3.0}, {"error": 0.1}, {"error": 0.003}, {"error": 1e-6}, {"error": 1e9}, {"bits_per_vertex": 64},
+    {"bits_per_vertex": 1e6}, {"error": 0.1, "max_error": 0.1}, {"error": 0.1, "quality": "surface"},
+]  # fmt: skip
+
+
+@settings(max_examples=40, deadline=None, suppress_health_check=list(HealthCheck))
+@given(
+    random_meshes(),
+    st.sampled_from(TARGETS),
+    st.sampled_from(["auto", "spectral"]),
+    st.sampled_from([0.0, 1.0, -70.0, 1e4, 5e5]),
+    st.sampled_from([1e-60, 1e-7, 1.0, 1e5, 1e40]),
+)
+def test_any_mesh_round_trips_at_any_place_in_any_unit(mesh, target, codec, place, unit):
+    """Places are counted in sizes of the mesh; what double precision cannot hold there is not asked for."""
+    if place and target.get("error", 1.0) < 1e-4:
+        target = {"error": 1e-4}
+    moved = TriangleMesh((mesh.vertices + place * diagonal(mesh)) * unit, mesh.faces)
+    data = encode(moved, codec=codec, **target)
+    decoded, original = decode(data), renumbered(moved)
+    assert np.array_equal(decoded.faces, original.faces)
+    if "error" in target:
+        measure = surface_error if "quality" in target else vertex_error
+        scaled = [TriangleMesh((m.vertices - original.vertices[0]) / unit, m.faces) for m in (original, decoded)]
+        assert measure(*scaled) <= target["error"] * (1 + 1e-5)
     assert describe(data).n_vertices == mesh.n_vertices
+    assert same_surface(moved, decoded, 100.0)
+
+
+@settings(max_examples=10, deadline=None)
+@given(st.integers(0, 2**32 - 1), st.sampled_from([0.5, 0.02]))
+def test_any_winding_round_trips(seed, error):
+    ball = egg(subdivisions=2)
+    flip = np.random.default_rng(seed).random(ball.n_faces) < 0.5
+    mixed = TriangleMesh(ball.vertices, np.where(flip[:, None], ball.faces[:, ::-1], ball.faces))
+    assert same_surface(mixed, decode(encode(mixed, error=error)), error)
+
+
+@settings(max_examples=10, deadline=None)
+@given(st.lists(st.sampled_from([0, 1, 2]), min_size=1, max_size=6), st.sampled_from(["auto", "spectral"]))
+def test_any_components_round_trip(kinds, codec):
+    """Pieces side by side, and a vertex alone after each."""
+    pieces = [egg(subdivisions=1), torus(8, 6), TriangleMesh(np.eye(3), [[0, 1, 2]])]
+    vertices, faces, n = [], [], 0
+    for i, kind in enumerate(kinds):
+        vertices += [pieces[kind].vertices + np.array([5.0 * i, 0, 0]), [[5.0 * i, 9, 9]]]
+        faces.append(pieces[kind].faces + n)
+        n += pieces[kind].n_vertices + 1
+    mesh = TriangleMesh(np.concatenate(vertices), np.concatenate(faces))
+    assert same_surface(mesh, decode(encode(mesh, error=0.1, codec=codec)), 0.1)
+
+
+def test_no_process_dies(tmp_path):
+    """Far from the origin, in tiny units, at the finest and coarsest targets: in a process of its own."""
+    code = """
+import numpy as np
+from spectral_notes.compression import decode, encode
+from spectral_notes.meshes import TriangleMesh
+from spectral_notes.shapes import egg
+ball = egg(subdivisions=1)
+for place, unit in ((0, 1), (5e7, 1), (2e5, 1), (0, 1e-7), (1, 1e-30), (1e12, 1e6)):
+    mesh = TriangleMesh((ball.vertices + [place, -place / 3, 0]) * unit, ball.faces)
+    for target in ({"error": 1e-4}, {"error": 1e9}, {"bits_per_vertex": 64}, {"bits_per_vertex": 0.1}):
+        for codec in ("auto", "draco", "spectral"):
+            try:
+                assert decode(encode(mesh, codec=codec, **target)).n_faces == ball.n_faces
+            except ValueError as problem:
+                assert "cannot meet" in str(problem), problem
+print("alive")
+"""
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=False)
+    assert (done.returncode, done.stdout) == (0, "alive\n"), done.stderr
 
 
 @pytest.mark.parametrize("n", [4, 10, 25, 40])
@@ -203,13 +278,13 @@ def test_encode_refuses_a_rate_that_the_base_alone_exceeds(lumpy):
 
 
 def test_encode_refuses_a_mesh_without_extent():
-    with pytest.raises(ValueError, match="mesh must have an extent between 1e-25 and 1e25; its diagonal is 0"):
+    with pytest.raises(ValueError, match="mesh must have an extent between 1e-100 and 1e100; its diagonal is 0"):
         encode(TriangleMesh(np.zeros((3, 3)), [[0, 1, 2]]), error=1)
 
 
 def test_draco_alone_refuses_vertices_that_coincide():
     seam = [[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 0], [1, 0, 0], [0, -1, 0]]
     doubled = TriangleMesh(seam, [[0, 1, 2], [3, 5, 4]])
-    with pytest.raises(ValueError, match="Draco merges vertices that coincide"):
+    with pytest.raises(ValueError, match="codec 'draco' cannot meet error .* Draco merges vertices that coincide"):
         encode(doubled, error=1, codec="draco")
     assert decode(encode(doubled, error=1)).n_vertices == 6
