@@ -100,6 +100,15 @@
   // A page opened from a folder may not read its neighbours: the results come without excerpts, and without errors.
   if (location.protocol === "file:") DOCUMENTATION_OPTIONS.SHOW_SEARCH_SUMMARY = false;
 
+  const sought = localStorage.getItem("sphinx_highlight_terms") ?? ""; // read before Sphinx clears it, and stops at file://
+
+  /** Mark what was searched for, where Sphinx did not. */
+  function mark() {
+    const article = document.querySelector("article");
+    if (!article || page() === "search" || document.querySelector("article .highlighted")) return;
+    for (const term of sought.toLowerCase().split(/\s+/).filter(Boolean)) _highlightText(article, term, "highlighted");
+  }
+
   /** Paper is white: the light pictures are loaded and shown while it prints. */
   function paper() {
     const { theme } = document.documentElement.dataset;
@@ -115,5 +124,8 @@
     total = exercises();
     count();
   });
-  addEventListener("load", follow); // the folding buttons are made by then
+  addEventListener("load", () => {
+    follow(); // the folding buttons are made by then
+    mark();
+  });
 })();
