@@ -174,6 +174,18 @@ def test_few_stops_of_the_tab_key(visit):
         assert stops < 320, stops
 
 
+@pytest.mark.parametrize("theme", ["light", "dark"])
+def test_a_figure_shows_one_twin_and_its_caption(visit, theme):
+    with visit(PAGE, theme=theme) as (page, watch):
+        figure = page.locator("figure:has(img.only-dark)").first
+        figure.scroll_into_view_if_needed()
+        assert figure.locator("img:visible").count() == 1
+        assert figure.locator(f"img.only-{theme}").is_visible()
+        assert figure.locator("figcaption").is_visible()
+        page.wait_for_function("document.querySelector('figure img:not([style])').complete")
+        assert watch.faults() == []
+
+
 # --- without scripts, without storage -----------------------------------------------------------------------------------
 
 
