@@ -21,7 +21,7 @@ IntArray = NDArray[np.int64]
 T = TypeVar("T")
 
 REMEDIES = {  # as the library names them
-    "clean": "clean_mesh(vertices, faces)",
+    "clean": "clean_mesh",
     "reclean": "read_mesh(path, clean=True)",
     "robust": "robust_mesh_laplacian(mesh)",
     "weld": "weld_vertices(mesh, tolerance)",
@@ -36,7 +36,7 @@ def named(text: str, names: Mapping[str, str] = REMEDIES) -> str:
     Examples
     --------
     >>> named("$clean drops them"), named("$clean drops them", {"clean": "--clean"})
-    ('clean_mesh(vertices, faces) drops them', '--clean drops them')
+    ('clean_mesh drops them', '--clean drops them')
     """
     return Template(text).safe_substitute(names)
 

@@ -29,9 +29,11 @@ MAX_BYTES = 4096  # of an input
 
 with atheris.instrument_imports(include=["spectral_notes"]):
     from spectral_notes.compression import decode, encode, file_format
-    from spectral_notes.files.mesh_files import FORMATS, WRITERS, read_shape, write_mesh
+    from spectral_notes.files.mesh_files import PARSERS, WRITERS, read_shape, write_mesh
     from spectral_notes.meshes import PointCloud, TriangleMesh, positions
     from spectral_notes.shapes import egg, torus
+
+FORMATS = tuple(PARSERS)  # those that are read here; others are read by their libraries
 
 
 def check(make: Callable[[], TriangleMesh | PointCloud]) -> None:
@@ -88,6 +90,10 @@ def readers() -> tuple[Callable[[bytes], None], list[bytes]]:
         b"\3ply\nformat ascii 1.0\nelement vertex 4\nproperty double x\nproperty float y\nproperty float z\n"
         b"property uchar red\nelement face 1\nproperty list uchar int vertex_indices\nend_header\n"
         b"0 0 0 1\n1 0 0 2\n1 1 0 3\n0 1 0 4\n4 0 1 2 3\n",
+        b"\0\xef\xbb\xbfv 0 4 0\nv 0 0 0\nv 4 0 0\nv 4 4 0\nv 2 1 0\nf 1 2 3 4 5\n",
+        b"\3ply\nformat ascii 1.0\nelement vertex 4\nproperty double x\nproperty float y\nproperty float z\n"
+        b"element tristrips 1\nproperty list int int vertex_indices\nend_header\n0 0 0\n1 0 0\n1 1 0\n0 1 0\n"
+        b"4 0 1 3 2\n",
         b"\5x y z red\n0,0,0,1\n1;0;0;2\n0 1 0 3 # a comment\n",
     ]
     for number, suffix in enumerate(FORMATS):

@@ -27,11 +27,10 @@ from spectral_notes.compression import decode, describe, encode, renumbered
 from spectral_notes.eigenbasis import Eigenbasis, compute_eigenbasis
 from spectral_notes.files.arrays import ARRAY_FORMATS, named_arrays, write_arrays
 from spectral_notes.files.eigenbasis_files import write_eigenbasis
-from spectral_notes.geometry.mending import turned_outward
 from spectral_notes.geometry.mesh_distances import vertex_error
 from spectral_notes.geometry.mesh_health import health
 from spectral_notes.laplacians import Pair
-from spectral_notes.matching.shape_matching import match_shapes
+from spectral_notes.matching.shape_matching import match_shapes, outward
 from spectral_notes.meshes import PointCloud, TriangleMesh, positions, signed_volume
 from spectral_notes.plotting import plot_views
 from spectral_notes.plotting.cameras import Camera
@@ -208,7 +207,8 @@ def find_map(
     if not isinstance(mesh_1, TriangleMesh) or not isinstance(mesh_2, TriangleMesh):
         raise ValueError("A and B must be triangle meshes to be matched; one of them holds points only")
     k = as_count("k", min(MAP_MODES, mesh_1.n_vertices, mesh_2.n_vertices) if k is None else k, 3)
-    mesh_1, mesh_2 = (_outward(mesh, name, say) for mesh, name in ((mesh_1, "A"), (mesh_2, "B")))
+    for mesh, name in ((mesh_1, "A"), (mesh_2, "B")):
+        _name_sides(mesh, name, say)
     pairs = [_landmark(text) for text in landmarks]
     bases = tuple(basis_of(mesh, k, laplacian, say, progress=progress) for mesh in (mesh_1, mesh_2))
     match = match_shapes(mesh_1, mesh_2, pairs, k=k, bases=(bases[0], bases[1]))
@@ -244,15 +244,13 @@ def find_map(
     )
 
 
-def _outward(mesh: TriangleMesh, name: str, say: Say) -> TriangleMesh:
-    """A mesh whose closed pieces point outward, after a note where one did not: the map would be the mirrored one."""
+def _name_sides(mesh: TriangleMesh, name: str, say: Say) -> None:
+    """Say where faces disagree, and where a body is inside out, which the matching turns: else the map is mirrored."""
     found = health(mesh, crossings=False).faults["misoriented_edges"]
     if found:
         say(f"note: {name} has misoriented edges, {found}: its map may come out mirrored. $orient turns its faces")
-    turned = turned_outward(mesh)
-    if (turned.faces != mesh.faces).any():
+    if (outward(mesh).faces != mesh.faces).any():
         say(f"note: {name} is inside out, of volume {signed_volume(mesh):.3g}: its faces are turned for the map")
-    return turned
 
 
 def _npz(arrays: dict[str, Any]) -> Callable[[Path], Any]:

@@ -135,12 +135,7 @@ def orient_faces(mesh: TriangleMesh) -> TriangleMesh:
     turned = (faces != mesh.faces).any(axis=1) & ~_same_turn(faces, mesh.faces)
     most = np.bincount(patch, np.where(turned, -1.0, 1.0) * face_areas(mesh)) < 0
     agreed = TriangleMesh(mesh.vertices, _flipped(faces, most[patch]), mesh.name)
-    return turned_outward(agreed)
-
-
-def turned_outward(mesh: TriangleMesh) -> TriangleMesh:
-    """Return the mesh with the faces of closed pieces that are inside out turned around."""
-    return TriangleMesh(mesh.vertices, _flipped(mesh.faces, wrong_side_out(mesh)), mesh.name)
+    return TriangleMesh(mesh.vertices, _flipped(agreed.faces, wrong_side_out(agreed)), mesh.name)
 
 
 def _same_turn(faces: IntArray, others: IntArray) -> NDArray[np.bool_]:

@@ -277,7 +277,7 @@ def _refined(
     C = _refit(one, two, *bases, candidate.C_12, pairs)
     C, _ = bijective_zoomout(*bases, C, C.T, k=max(len(C), min(COARSE, bases[0].k)), samples=samples)
     p2p_21 = point_map(*bases, C)
-    rank = orientation_score(one, two, p2p_21) - isometry_defect(C) - 0.25 * np.log(candidate.misfit + 1e-9)
+    rank = orientation_score(one, two, p2p_21) - isometry_defect(C) - 0.25 * np.log(max(candidate.misfit, 0.0) + 1e-9)
     return _End(C, p2p_21, float(rank), is_upright)
 
 

@@ -487,7 +487,7 @@ def test_every_remedy_of_the_library_has_a_name_on_the_command_line():
     assert set(streams.OPTIONS) == set(REMEDIES)
     error = Refusal("$path {x} costs $5: $robust or $clean, then $weld")
     assert str(error) == (
-        "path {x} costs $5: robust_mesh_laplacian(mesh) or clean_mesh(vertices, faces), then weld_vertices(mesh, tolerance)"
+        "path {x} costs $5: robust_mesh_laplacian(mesh) or clean_mesh, then weld_vertices(mesh, tolerance)"
     )
     assert named(error.text, streams.OPTIONS) == "FILE {x} costs $5: --laplacian robust or --clean, then --weld LENGTH"
     used = {option for text in CONSEQUENCES.values() for option in re.findall(r"[$](\w+)", text)}
