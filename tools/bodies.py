@@ -316,7 +316,6 @@ DOLL_POSES: Mapping[str, Pose] = {
 
 
 FOLDER = Path(__file__).resolve().parent.parent / "spectral_notes" / "shapes" / "data"
-UNIT = 2.0**-24
 FILLET = 0.02
 
 
@@ -352,12 +351,12 @@ def build_bodies() -> dict[str, dict[str, FloatArray | IntArray]]:
 
 
 def build_doll_copy(doll: TriangleMesh) -> dict[str, FloatArray | IntArray]:
-    """Return another triangulation of the doll at rest: its faces, and each vertex as corners and two weights."""
+    """Return another triangulation of the doll at rest: its faces, and each vertex as corners and weights."""
     low, high = ([x - 0.007 for x in corner] for corner in BOXES["doll"])
     points, faces = mesh_zero_set(body_distance(DOLL, FILLET), low, high, 0.0195)
     P = surface_weights(points, doll)
     corners = P.indices.reshape(-1, 3)
-    return {"faces": faces, "corners": corners, "weights": P.data.reshape(-1, 3)[:, :2]}
+    return {"faces": faces, "corners": corners, "weights": P.data.reshape(-1, 3)}
 
 
 def main() -> None:
@@ -366,7 +365,7 @@ def main() -> None:
     doll = TriangleMesh(bodies["doll"]["rest"], bodies["doll"]["faces"])
     for name, arrays in {**bodies, "doll_copy": build_doll_copy(doll)}.items():
         whole = {key: rows for key, rows in arrays.items() if key in ("faces", "corners")}
-        positions = {key: (rows, UNIT) for key, rows in arrays.items() if key not in whole}
+        positions = {key: (rows, 0.0) for key, rows in arrays.items() if key not in whole}
         path = FOLDER / f"{name}.npz"
         save_stored(path, whole, positions)
         print(f"{path.name}: {path.stat().st_size / 1000:.0f} kB")

@@ -32,6 +32,11 @@ class Target:
     rate: float
     bound: float | None
 
+    @property
+    def guess(self) -> float:
+        """About the error, as a fraction of the diagonal."""
+        return 0.2 * 2.0 ** -min(self.rate, 20.0) if self.error is None else min(self.error / 100, 0.2)
+
 
 class Job:
     """A mesh in the decoder's numbering, centred and of size one, with the measure of error that was asked for."""
@@ -77,17 +82,16 @@ class Job:
     def step(self, error: Callable[[float], float], write: Callable[[float], bytes], per_error: float) -> float:
         """The step that meets the target, or 0 where none does; error and size grow and fall with it."""
         if self.target.error is not None:
-            return meet(error, self.target.error, per_error * min(self.target.error, 20.0) / 100 * self.diagonal)
-        size, rate = draco.size_of(self.connectivity), self.target.rate
-        inverse = meet(lambda x: 8 * (len(write(1 / x)) - size) / len(self.x), rate, 2.0 ** (rate / 3 + 2) / per_error)
+            return meet(error, self.target.error, per_error * self.target.guess * self.diagonal)
+        size, start = draco.size_of(self.connectivity), 1 / (per_error * self.target.guess)
+        inverse = meet(lambda x: 8 * (len(write(1 / x)) - size) / len(self.x), self.target.rate, start)
         return 1 / inverse if inverse else 0.0
 
 
 def spectral_files(job: Job) -> Found:
     """The spectral file that meets the target, and its error."""
     c, target = job.connectivity, job.target
-    guess = 2.0 ** (-2 - target.rate / 3) if target.error is None else min(target.error / 100, 0.2)
-    encoder = Encoder(job.front(True), job.x, c.faces, job.levels, guess, job.quality)
+    encoder = Encoder(job.front(True), job.x, c.faces, job.levels, target.guess, job.quality)
 
     @lru_cache
     def coded(unit: float) -> tuple[Head, IntArray, FloatArray, float]:

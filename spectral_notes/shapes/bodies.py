@@ -77,8 +77,9 @@ def doll(pose: str = "rest", connectivity: str = "same") -> TriangleMesh:
     mesh = _stored_body("doll", pose)
     if connectivity == "same":
         return mesh
-    faces = load_stored("doll_copy")["faces"]
-    return TriangleMesh(doll_correspondence() @ mesh.vertices, faces, f"{mesh.name}_remeshed")
+    copy = load_stored("doll_copy")
+    vertices = np.einsum("nc,ncd->nd", copy["weights"], mesh.vertices[copy["corners"]])
+    return TriangleMesh(vertices, copy["faces"], f"{mesh.name}_remeshed")
 
 
 def doll_correspondence() -> sp.csr_array:
@@ -101,10 +102,9 @@ def doll_correspondence() -> sp.csr_array:
     True
     """
     copy = load_stored("doll_copy")
-    weights = np.column_stack([copy["weights"], 1.0 - copy["weights"].sum(axis=1)])
-    n_copy, n = len(weights), int(load_stored("doll")["faces"].max()) + 1
+    n_copy, n = len(copy["weights"]), int(load_stored("doll")["faces"].max()) + 1
     rows = np.repeat(np.arange(n_copy), 3)
-    P = sp.csr_array((weights.ravel(), (rows, copy["corners"].ravel())), shape=(n_copy, n))
+    P = sp.csr_array((copy["weights"].ravel(), (rows, copy["corners"].ravel())), shape=(n_copy, n))
     P.eliminate_zeros()
     return P
 

@@ -104,7 +104,9 @@ def test_the_split_names_each_person_once() -> None:
 def test_what_was_packed_unpacks() -> None:
     rows = np.random.default_rng(0).integers(-(2**20), 2**20, (50, 3))
     np.testing.assert_array_equal(unpack(pack(rows)), rows)
-    np.testing.assert_array_equal(unpack(pack(rows * 0.25, 0.25)), rows)
+    np.testing.assert_array_equal(unpack(pack(rows * 0.25, 0.25), 0.25), rows * 0.25)
+    bits = np.random.default_rng(1).normal(size=(50, 3))
+    assert unpack(pack(bits, 0.0), 0.0).tobytes() == bits.tobytes()
 
 
 def test_the_licence_lies_beside_the_persons() -> None:
