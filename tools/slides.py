@@ -4,7 +4,7 @@
 
 A deck has at most twelve slides: the title with the objectives, one slide a section with its first figure, its first
 displayed formula and the first sentence of the caption, and the summary. The tutorial takes the first figures of each
-chapter. Cell metadata `slideshow.slide_type: skip` leaves a figure away (`data-slide` on the page).
+chapter.
 """
 
 from __future__ import annotations
