@@ -30,7 +30,7 @@ CONSEQUENCES = {  # what each fault does, and its remedy
     "unreferenced_vertices": "Without mass, M is singular; every Laplacian refuses them. $clean drops them.",
     "duplicate_faces": "Their area counts twice, in L and in M. $clean keeps one of each.",
     "degenerate_faces": "Their cotangents are infinite: cotan refuses them; the robust Laplacian works.",
-    "sliver_faces": "Their cotangents are huge and of both signs: cotan loses accuracy; the robust Laplacian does not.",
+    "sliver_faces": "Where one has an angle near 180 degrees cotan loses accuracy; the robust Laplacian does not.",
     "nonmanifold_edges": "More than two sheets meet: cotan sums over them and stays right; robust is made for it.",
     "nonmanifold_vertices": "Sheets meet in a point: functions on them share that value; the modes barely notice.",
     "misoriented_edges": "Neighbours disagree which side is out: no Laplacian minds, but normals and signs of area do.",
