@@ -9,7 +9,6 @@ doubt; the seconds beside pyFM's. Methods are pyFM (landmarks, ZoomOut to 200 mo
 term) and `match_shapes`, with five landmarks, three, and none. Results are kept as JSON and not run again.
 Which persons were tuned on and which are only reported was fixed before the first run, in `tuned_and_reported.json`.
 The public sets are read from a folder of your own, in the layout in which they are published; see `published_pairs`.
-`--doubt` fits the weights of the doubt to the tuned pairs and counts it on the reported ones. Needs pyfmaps.
 """
 
 from __future__ import annotations
