@@ -50,7 +50,7 @@ class ShapeMatch:
     orientation : float
         Share of shape 2's area that lands right side up, from 0 to 1; see `orientation_score`.
     doubt : float
-        From 0 to 1: the probability that the map is wrong, as calibrated on pairs of persons.
+        From 0 to 1: how much speaks against the map, a score whose weights were set by hand.
     reason : str
         Why the map may be wrong, where that is more likely than not; else empty.
     clues : dict of str to float
