@@ -292,8 +292,10 @@ def _refit(
     f_1, f_2 = (point_descriptors(basis, both[:, i], n_each=20) for i, basis in enumerate((basis_1, basis_2)))
     some = np.linspace(0, f_1.shape[1] - 1, N_OPERATORS).astype(np.int64)
     few_1, few_2 = (basis.truncate(min(REFIT_SIZE, basis.k)) for basis in (basis_1, basis_2))
-    operators_1 = multiplications(few_1, f_1[:, some]) + rotations(mesh_1, few_1, f_1[:, some])
-    operators_2 = multiplications(few_2, f_2[:, some]) + rotations(mesh_2, few_2, f_2[:, some])
+    # of area one, as the bases are
+    one, two = (TriangleMesh(mesh.vertices / np.sqrt(mesh.area), mesh.faces) for mesh in (mesh_1, mesh_2))
+    operators_1 = multiplications(few_1, f_1[:, some]) + rotations(one, few_1, f_1[:, some])
+    operators_2 = multiplications(few_2, f_2[:, some]) + rotations(two, few_2, f_2[:, some])
     return fit_functional_map(few_1, few_2, f_1, f_2, operators=list(zip(operators_1, operators_2, strict=True)))
 
 

@@ -11,11 +11,11 @@ import pytest
 
 from spectral_notes import plotting
 from spectral_notes.command.cli import main
-from spectral_notes.command.reports import report_page
+from spectral_notes.command.reports import lighter, report_page
 from spectral_notes.files.mesh_files import write_mesh
 from spectral_notes.meshes import PointCloud
 from spectral_notes.plotting.rendering import SurfaceView
-from spectral_notes.shapes import egg
+from spectral_notes.shapes import egg, torus
 
 CHROMIUM = shutil.which("chromium") or shutil.which("google-chrome")
 SWITCHES = ["--no-sandbox", "--disable-gpu", "--use-gl=angle", "--use-angle=swiftshader", "--enable-unsafe-swiftshader"]
@@ -78,3 +78,20 @@ def test_a_report_turns_in_a_browser_without_a_request(tmp_path, width, scheme):
     assert wide <= width
     assert canvas["width"] == pytest.approx(stage["width"], abs=4)
     assert canvas["height"] == pytest.approx(stage["height"], abs=4)
+
+
+def test_a_report_about_a_large_shape_has_at_most_two_megabytes_and_keeps_its_scenes(tmp_path):
+    mesh = torus(600, 300)
+    views = [SurfaceView(mesh, np.sin(k * mesh.vertices[:, 0]), title=f"mode {k}") for k in range(1, 7)]
+    small = [SurfaceView(coarse, np.sin(k * coarse.vertices[:, 0])) for coarse in [torus(60, 30)] for k in range(1, 7)]
+    page = report_page("A large torus", {}, views, plotting.plot_views(small, n_columns=3))
+    assert len(page.encode()) < 2e6
+    light = lighter(views[0], 20_000)
+    assert 10_000 < light.surface.n_vertices <= 20_000
+    assert light.surface.area == pytest.approx(mesh.area, rel=0.01)
+    np.testing.assert_array_equal(light.values, np.sin(light.surface.vertices[:, 0]))
+    assert light.color_limits == views[0].color_limits
+    labels = lighter(SurfaceView(mesh, np.arange(mesh.n_faces) % 5, kind="labels"), 20_000)
+    assert len(labels.values) == labels.surface.n_faces
+    cloud = lighter(SurfaceView(PointCloud(mesh.vertices), mesh.vertices[:, 2]), 5_000)
+    np.testing.assert_array_equal(cloud.values, cloud.positions[:, 2])
