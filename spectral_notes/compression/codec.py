@@ -126,15 +126,18 @@ def encode(
     for data, _ in sorted(files, key=lambda file: (0.0 if error else file[1], len(file[0]))):
         if _reads_back(data, job):
             return data
+    wish, other = "bits_per_vertex" if error is None else "error", "" if codec == "auto" else ", or for 'auto'"
     raise ValueError(
-        f"codec {codec!r} cannot meet {'bits_per_vertex' if error is None else 'error'} on this mesh: ask for less, or "
-        "for 'auto' (Draco merges vertices that coincide, drops those without a face, and keeps 22 bits a coordinate)"
+        f"codec {codec!r} cannot meet {wish} on this mesh: ask for less{other} "
+        "(Draco merges vertices that coincide, drops those without a face, and keeps 22 bits a coordinate)"
     )
 
 
 def _reads_back(data: bytes, job: Job) -> bool:
     """Whether a file that was written decodes to the faces and within the errors."""
     mesh, target = _decode(data, False, MAX_VERTICES, job.levels)[0], job.target
+    if mesh.n_vertices != len(job.x):  # Draco merged some
+        return False
     x = job.place.shrink(mesh.vertices)
     gap = 100 / job.diagonal * float(np.sqrt(((x - job.x) ** 2).sum(axis=1).max()))
     same = np.array_equal(mesh.faces, job.connectivity.faces) and gap <= (target.bound or np.inf)

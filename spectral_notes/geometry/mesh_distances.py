@@ -114,8 +114,8 @@ def normal_deviation(mesh: TriangleMesh, other: TriangleMesh) -> float:
 
 
 def _squared_distances(start: TriangleMesh, end: TriangleMesh) -> FloatArray:
-    """Squared distances to a surface from the vertices and face centres of another."""
-    points = np.r_[start.vertices, start.vertices[start.faces].mean(axis=1)]
+    """Squared distances to a surface from the corners and centres of another's faces; a vertex alone is no surface."""
+    points = np.r_[start.vertices[np.unique(start.faces)], start.vertices[start.faces].mean(axis=1)]
     return np.maximum(igl.point_mesh_squared_distance(points, end.vertices, end.faces)[0], 0.0)
 
 

@@ -286,8 +286,8 @@ def test_staging_replaces_notebooks_by_their_executed_twins(tmp_path: Path) -> N
 
 
 def test_scenes_leave_the_page_for_files_of_their_own(tmp_path: Path) -> None:
-    scenes = [{"name": "a", "box": [0, 0, 1, 1], "scene": '{"data": [1]}'}, {"name": "<b>", "box": [0, 0, 1, 1], "scene": "{}"}]
-    data = {"image/png": "iVBORw0KGgo=", scene_files.MIME: scenes}
+    scene = {"meshes": {"meshes/0a1b": {"facts": {"step": 1.0}}}, "pictures": [{"mesh": "meshes/0a1b", "name": "<b>"}], "bar": None}
+    data = {"image/png": "iVBORw0KGgo=", scene_files.MIME: scene}
     drawn = with_outputs(code(DRAW, 1, **FIGURE), nbformat.v4.new_output("display_data", data=data))
     write_executed(tmp_path / "executed" / "00.ipynb", drawn)
     notebooks.write(tmp_path / "static/scenes/fig-gone-0.js", "left over")
@@ -296,10 +296,13 @@ def test_scenes_leave_the_page_for_files_of_their_own(tmp_path: Path) -> None:
     page = notebooks.read(tmp_path / "pages/00.ipynb")
     assert list(page.cells[0].outputs[0].data) == ["image/png"], "the page holds no data"
     assert 'data-figure="fig-00-line"' in page.cells[1].source
-    assert "&lt;b&gt;" in page.cells[1].source
-    files = sorted((tmp_path / "static").rglob("*.js"))
-    assert [path.name for path in files] == ["fig-00-line-0.js", "fig-00-line-1.js"]
-    assert files[0].read_text() == 'spectralNotes.register("scenes/fig-00-line-0", {"data": [1]});\n'
+    assert "<b>" not in page.cells[1].source
+    files = {path.relative_to(tmp_path / "static").as_posix(): path.read_text() for path in (tmp_path / "static").rglob("*.js")}
+    picture = '{"bar":null,"pictures":[{"mesh":"meshes/0a1b","name":"<b>"}]}'
+    assert files == {
+        "meshes/0a1b.js": 'spectralNotes.register("meshes/0a1b", {"facts":{"step":1.0}});\n',
+        "scenes/fig-00-line.js": f'spectralNotes.register("scenes/fig-00-line", {picture});\n',
+    }
     assert not (tmp_path / "pages/gone.ipynb").exists()
 
 
@@ -327,7 +330,7 @@ def builder(tmp_path: Path) -> SimpleNamespace:
     (tmp_path / "out/_images").mkdir(parents=True)
     (tmp_path / "out/_static/scripts").mkdir(parents=True)
     shutil.copy(tmp_path / "goat.png", tmp_path / "out/_images/goat1.png")
-    made = SimpleNamespace(format="html", images={"goat.png": "goat1.png"})
+    made = SimpleNamespace(format="html", images={"goat.png": "goat1.png"}, name="html")
     return SimpleNamespace(srcdir=tmp_path, outdir=tmp_path / "out", builder=made)
 
 
@@ -336,11 +339,15 @@ def test_pictures_come_light_when_they_are_scrolled_to(tmp_path: Path) -> None:
     other = '<img alt="A lab." src="../_static/lab.png"/>'
     context = {"body": f'<img alt="A goat: 2 &gt; 1." src="../_images/goat1.png" />{other}'}
     page_finish.finish_page(app, "book/a", "page.html", context, None)
-    light = 'width="40" height="20" loading="lazy" decoding="async" alt="A goat: 2 &gt; 1." src="../_images/goat1.webp"'
-    assert context["body"] == f"<img {light} />{other}"
+    twins = "".join(
+        f'<img width="40" height="20" class="only-{theme} wide-figure" loading="lazy" decoding="async" '
+        f'alt="A goat: 2 &gt; 1." src="../_images/{name}.webp" />' for theme, name in (("light", "goat1"), ("dark", "goat1-dark"))
+    )
+    assert context["body"] == twins + other
     page_finish.write_light_files(app, None)
-    with Image.open(tmp_path / "out/_images/goat1.webp") as picture:
-        assert picture.size == (40, 20)
+    for name in ("goat1", "goat1-dark"):
+        with Image.open(tmp_path / f"out/_images/{name}.webp") as picture:
+            assert picture.size == (40, 20)
     assert (tmp_path / "out/_static/scripts/fontawesome.js").stat().st_size < 100
 
 
