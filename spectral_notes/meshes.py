@@ -25,18 +25,14 @@ class TriangleMesh:
 
     Parameters
     ----------
-    vertices : array_like, shape (n, 3)
-        Positions, in the unit of the data; finite.
-    faces : array_like, shape (m, 3)
-        Vertex indices, 0 .. n - 1; three different vertices a face.
-    name : str, optional
-        What the shape is called, for titles.
+    vertices : (n, 3), positions, in the unit of the data; finite
+    faces : (m, 3), vertex indices, 0 .. n - 1; three different vertices a face.
+    name : what the shape is called, for titles
 
     Raises
     ------
-    TypeError, ValueError
-        If an array has the wrong type or shape, a coordinate is not finite or beyond 1e50, an index is out of range,
-        or a face names a vertex twice (`clean_mesh` drops such faces).
+    TypeError or ValueError if an array has the wrong type or shape, a coordinate is not finite or beyond 1e50, an index
+    is out of range, or a face names a vertex twice (`clean_mesh` drops such faces).
 
     Examples
     --------
@@ -95,15 +91,13 @@ class PointCloud:
 
     Parameters
     ----------
-    points : array_like, shape (n, 3)
-        Positions, in the unit of the data; finite.
-    name : str, optional
-        What the cloud is called, for titles.
+    points : (n, 3), positions, in the unit of the data; finite
+    name : what the cloud is called, for titles
 
     Raises
     ------
-    TypeError, ValueError
-        If the array has the wrong type or shape, is empty, or holds numbers that are not finite or beyond 1e50.
+    TypeError or ValueError if the array has the wrong type or shape, is empty, or holds numbers that are not finite or
+    beyond 1e50.
 
     Examples
     --------
@@ -153,22 +147,13 @@ def clean_mesh(vertices: ArrayLike, faces: ArrayLike, name: str = "") -> Triangl
 
     Parameters
     ----------
-    vertices : array_like, shape (n, 3)
-        Positions.
-    faces : array_like, shape (m, 3)
-        Vertex indices, 0 .. n - 1.
-    name : str, optional
-        Name of the mesh.
+    vertices : (n, 3), positions
+    faces : (m, 3), vertex indices, 0 .. n - 1.
 
     Returns
     -------
-    TriangleMesh
-        The cleaned mesh; the order of the vertices and faces that stay is kept.
-
-    Raises
-    ------
-    ValueError
-        If the arrays are not finite or out of range, or no face is left.
+    The cleaned mesh; the order of the vertices and faces that stay is kept. Raises ValueError if the arrays are not
+    finite or out of range, or no face is left.
 
     Examples
     --------
@@ -190,15 +175,9 @@ def clean_mesh(vertices: ArrayLike, faces: ArrayLike, name: str = "") -> Triangl
 def edges(mesh: TriangleMesh) -> IntArray:
     """Return each edge once, as a row (i, j) with i < j, in lexicographic order.
 
-    Parameters
-    ----------
-    mesh : TriangleMesh
-        The mesh.
-
     Returns
     -------
-    ndarray of int64, shape (e, 2)
-        The edges.
+    (e, 2) ndarray of int64: the edges.
 
     Examples
     --------
@@ -211,17 +190,10 @@ def edges(mesh: TriangleMesh) -> IntArray:
 def edges_with_counts(mesh: TriangleMesh) -> tuple[IntArray, IntArray]:
     """Return each edge once with the number of faces on it: 1 on the boundary, 2 inside, more where not a manifold.
 
-    Parameters
-    ----------
-    mesh : TriangleMesh
-        The mesh.
-
     Returns
     -------
-    edges : ndarray of int64, shape (e, 2)
-        Rows (i, j) with i < j, in lexicographic order.
-    counts : ndarray of int64, shape (e,)
-        Faces on each edge.
+    edges (e, 2) ndarray of int64: rows (i, j) with i < j, in lexicographic order; counts (e,) ndarray of int64: faces
+    on each edge.
 
     Examples
     --------
@@ -329,18 +301,12 @@ def boundary_loops(mesh: TriangleMesh) -> list[IntArray]:
 
     Parameters
     ----------
-    mesh : TriangleMesh
-        The mesh; its faces need not be consistently oriented.
+    mesh : the mesh; its faces need not be consistently oriented
 
     Returns
     -------
-    list of ndarray of int64
-        Each loop's vertices in order; the edge from the last to the first closes it.
-
-    Raises
-    ------
-    ValueError
-        If two loops touch at a vertex, so that the walk is not defined.
+    list of ndarray of int64: each loop's vertices in order; the edge from the last to the first closes it. Raises
+    ValueError if two loops touch at a vertex, so that the walk is not defined.
 
     Examples
     --------

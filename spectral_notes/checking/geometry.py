@@ -21,8 +21,7 @@ def check_curvature(answer: object, mesh: TriangleMesh, *, kind: str = "defect")
     Parameters
     ----------
     answer : one number a vertex
-    mesh : the mesh
-    kind : {"defect", "gaussian", "mean"}, the angle defect (integrated), the Gaussian curvature (pointwise), or the
+    kind : {"defect", "gaussian", "mean"}, the angle defect (integrated), the Gaussian curvature (pointwise), or the,
         mean curvature (pointwise, of either sign); pointwise ones by Voronoi areas or by thirds
 
     Returns

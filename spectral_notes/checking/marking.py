@@ -57,7 +57,7 @@ class Marks:
 
     Raises
     ------
-    ValueError if there is no verdict, or the points are not positive.
+    ValueError if there is no verdict or or the points are not positive. .
 
     Examples
     --------

@@ -154,7 +154,6 @@ def check_coefficients(answer: object, basis: Eigenbasis, f: ArrayLike) -> Verdi
     Parameters
     ----------
     answer : the coefficients, (k,) or (k, d); or a function of f that returns them
-    basis : the basis
     f : (n,) or (n, d) array, the signal
 
     Returns

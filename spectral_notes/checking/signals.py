@@ -22,11 +22,11 @@ def check_dft(answer: object, f: ArrayLike, *, scaling: str = "any", within: flo
 
     Parameters
     ----------
-    answer : the N complex coefficients, or those of `rfft`; the pair (a, b) of cosine and sine coefficients; an (N, N)
+    answer : the N complex coefficients, or those of `rfft`; the pair (a, b) of cosine and sine coefficients; an (N, N),
         matrix that makes the coefficients of f; or a function that does
     f : (N,) array, the signal
-    scaling : {"any", "numpy", "mean", "unitary"}, which factor is asked for: 1, 1 / N or 1 / sqrt(N). A pair (a, b) is
-        always averaged over N.
+    scaling : {"any", "numpy", "mean", "unitary"}, which factor is asked for: 1, 1 / N or 1 / sqrt(N). A pair (a, b) is,
+        always averaged over N
     within : how far off a coefficient may be, as a fraction of the largest one
 
     Returns

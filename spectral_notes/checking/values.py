@@ -83,7 +83,7 @@ def check_values(
     within : how far off an entry may be, as a fraction of the largest one
     law : the law that gives the values
     either_sign, free_scale : accept the negative as well; accept any multiple but zero
-    through : (m, n) array, only what this matrix makes of the answer counts; `expected` is a right answer (n,) or what
+    through : (m, n) array, only what this matrix makes of the answer counts; `expected` is a right answer (n,) or what,
         the matrix makes of one (m,); if that is zero, zero itself is refused
 
     Returns

@@ -35,13 +35,11 @@ def main(arguments: list[str] | None = None) -> None:
 
     Parameters
     ----------
-    arguments : list of str, optional
-        The command line without the program's name.
+    arguments : list of str, the command line without the program's name
 
     Raises
     ------
-    SystemExit
-        If the arguments are wrong or SLEPc is not installed.
+    SystemExit if the arguments are wrong or SLEPc is not installed.
     """
     parser = argparse.ArgumentParser(
         prog="spectral_notes.command.distributed", description="Eigenbasis of a mesh or of a saved (L, M)."
@@ -76,26 +74,16 @@ def solve(
 
     Parameters
     ----------
-    slepc, petsc : modules
-        `slepc4py.SLEPc` and `petsc4py.PETSc`.
-    problem : dict of arrays
-        What `files.write_problem` wrote.
-    k : int
-        How many pairs, zero modes included.
-    tol : float
-        Relative residual.
-    solver : str
-        PETSc's name of a parallel factorization.
+    slepc, petsc : modules, `slepc4py.SLEPc` and `petsc4py.PETSc`
+    problem : dict of arrays, what `files.write_problem` wrote
+    k : how many pairs, zero modes included
+    tol : relative residual
+    solver : PETSc's name of a parallel factorization
 
     Returns
     -------
-    evals (k,), evecs (n, k), residuals (k,)
-        Ascending; residuals in units of the eigenvalues.
-
-    Raises
-    ------
-    ArithmeticError
-        If fewer than k pairs converge.
+    evals (k,), evecs (n, k), residuals (k,): ascending; residuals in units of the eigenvalues. Raises ArithmeticError
+    if fewer than k pairs converge.
     """
     n = len(problem["L_indptr"]) - 1
     L, M = _distribute(petsc, problem, "L"), _distribute(petsc, problem, "M")

@@ -57,14 +57,10 @@ class Finding:
 
     Parameters
     ----------
-    name : str
-        What was looked at.
-    status : {"ok", "note", "broken"}
-        Whether it works, works with a limit that is worth knowing, or does not.
-    says : str
-        What was found, in a line.
-    remedy : str
-        What to do about it; empty where nothing needs to be done.
+    name : what was looked at
+    status : {"ok", "note", "broken"}, whether it works, works with a limit that is worth knowing, or does not
+    says : what was found, in a line
+    remedy : what to do about it; empty where nothing needs to be done
     """
 
     name: str
@@ -82,18 +78,12 @@ def examine(n_vertices: int = 100_000, k: int = 100) -> list[Finding]:
 
     Parameters
     ----------
-    n_vertices, k : int
-        The size of mesh and the number of modes for which the free memory is weighed.
+    n_vertices, k : the size of mesh and the number of modes for which the free memory is weighed
 
     Returns
     -------
-    list of Finding
-        One for each check; the set-up works when none is "broken".
-
-    Raises
-    ------
-    TypeError, ValueError
-        If a number is not a positive integer.
+    list of Finding: one for each check; the set-up works when none is "broken". Raises TypeError or ValueError if a
+    number is not a positive integer.
 
     Examples
     --------

@@ -56,22 +56,14 @@ class Result:
 
     Parameters
     ----------
-    facts : dict
-        Numbers, strings and lists, for JSON.
-    lines : sequence of str
-        The same, to be read.
-    shape : TriangleMesh or PointCloud
-        The shape that the functions live on.
-    title : str
-        What stands above a report.
-    functions : dict of str to array
-        Functions on its vertices, (n,) or (n, d).
-    colors, kind : str
-        The function that files show as colours, and how.
-    views : sequence of SurfaceView
-        What a picture shows.
-    save_npz : callable
-        Writes the arrays of the result to a new file.
+    facts : dict, numbers, strings and lists, for JSON
+    lines : sequence of str, the same, to be read
+    shape : the shape that the functions live on
+    title : what stands above a report
+    functions : dict of str to array, functions on its vertices, (n,) or (n, d)
+    colors, kind : the function that files show as colours, and how
+    views : sequence of SurfaceView, what a picture shows
+    save_npz : writes the arrays of the result to a new file
     """
 
     facts: dict[str, Any]

@@ -35,22 +35,15 @@ def laplacian_of(shape: Shape, kind: str = "", mass: str = "lumped") -> Pair:
 
     Parameters
     ----------
-    shape : TriangleMesh or PointCloud
-        The shape.
-    kind : {"", "cotan", "robust"}
-        Which Laplacian; "" is cotan for a mesh and robust for a point cloud, which has no other.
-    mass : {"lumped", "voronoi", "full"}
-        Which mass matrix; the robust Laplacian has the lumped one of its own triangles.
+    kind : {"", "cotan", "robust"}, which Laplacian; "" is cotan for a mesh and robust for a point cloud, which has no
+        other
+    mass : {"lumped", "voronoi", "full"}, which mass matrix; the robust Laplacian has the lumped one of its own
+        triangles
 
     Returns
     -------
-    L, M : csr_array, shape (n, n)
-        Weak Laplacian and mass.
-
-    Raises
-    ------
-    ValueError
-        If cotan is asked for on a point cloud, another mass of the robust Laplacian, or the Laplacian refuses the mesh.
+    L, M (n, n) csr_array: weak Laplacian and mass. Raises ValueError if cotan is asked for on a point cloud, another
+    mass of the robust Laplacian, or the Laplacian refuses the mesh.
 
     Examples
     --------

@@ -34,19 +34,14 @@ def report_page(title: str, facts: Mapping[str, Any], views: Sequence[SurfaceVie
 
     Parameters
     ----------
-    title : str
-        What stands above.
-    facts : mapping of str to number, string, list or mapping
-        The rows of the table.
-    views : sequence of SurfaceView
-        What the scene shows, side by side.
-    still : Figure
-        The same, as a picture.
+    title : what stands above
+    facts : mapping of str to number, string, list or mapping, the rows of the table
+    views : sequence of SurfaceView, what the scene shows, side by side
+    still : Figure, the same, as a picture
 
     Returns
     -------
-    str
-        The page; it asks nothing of any host.
+    The page; it asks nothing of any host.
 
     Examples
     --------

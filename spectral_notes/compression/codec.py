@@ -36,14 +36,10 @@ class FileSummary:
 
     Parameters
     ----------
-    codec : str
-        "spectral" or "draco".
-    n_vertices, n_faces : int
-        Size of the mesh.
-    total_bytes : int
-        Length of the file.
-    connectivity_bytes : int
-        Bytes that a file of the faces alone takes, as coded by Draco.
+    codec : "spectral" or "draco"
+    n_vertices, n_faces : size of the mesh
+    total_bytes : length of the file
+    connectivity_bytes : bytes that a file of the faces alone takes, as coded by Draco
     """
 
     codec: str
@@ -69,32 +65,23 @@ def encode(
 
     Parameters
     ----------
-    mesh : TriangleMesh
-        Any mesh: open, in several pieces, not manifold, wound either way, of any unit and at any place.
-    error : float, optional
-        Root mean square distance between original and decoded mesh, in percent of the bounding-box diagonal: of
+    mesh : any mesh: open, in several pieces, not manifold, wound either way, of any unit and at any place
+    error : root mean square distance between original and decoded mesh, in percent of the bounding-box diagonal: of
         vertices (quality "vertex") or of surfaces (quality "surface", the larger of both directions). Met from below,
         by the spectral codec within one percent where no correction is sent.
-    bits_per_vertex : float, optional
-        Instead of `error`: bits a vertex that may be spent on positions.
-    quality : {"vertex", "surface"}
-        "surface" lets vertices slide along the surface, which costs the shape little and saves bits.
-    codec : {"auto", "spectral", "draco"}
-        "auto" takes whichever is better.
-    max_error : float, optional
-        Largest distance of any vertex from where it should be, in percent of the diagonal; further ones are corrected.
-        By default the spectral codec keeps vertices within 2.3 times their error, or surfaces within 5 times theirs.
+    bits_per_vertex : instead of `error`: bits a vertex that may be spent on positions
+    quality : {"vertex", "surface"}, "surface" lets vertices slide along the surface, which costs the shape little and
+        saves bits
+    codec : {"auto", "spectral", "draco"}, "auto" takes whichever is better
+    max_error : largest distance of any vertex from where it should be, in percent of the diagonal; further ones are
+        corrected. By default the spectral codec keeps vertices within 2.3 times their error, or surfaces within 5 times
+        theirs.
 
     Returns
     -------
-    bytes
-        The file. `decode` reads it.
-
-    Raises
-    ------
-    TypeError, ValueError
-        If not exactly one of `error` and `bits_per_vertex` is given, a number is out of range, the mesh has no extent,
-        or no file of the codec meets the target (Draco merges vertices that coincide, and carries 22 bits).
+    bytes: the file. `decode` reads it. Raises TypeError or ValueError if not exactly one of `error` and
+    `bits_per_vertex` is given, a number is out of range, the mesh has no extent, or no file of the codec meets the
+    target (Draco merges vertices that coincide, and carries 22 bits).
 
     References
     ----------
@@ -149,25 +136,15 @@ def decode(data: bytes, *, progressive: bool = False, max_vertices: int = MAX_VE
 
     Parameters
     ----------
-    data : bytes
-        What `encode` returned.
-    progressive : bool
-        Accept a spectral file whose end is missing and return a smoother mesh with the same faces. Bytes that were
-        changed rather than cut off are then noticed only before the first coefficient.
-    max_vertices : int
-        Refuse to build a larger mesh, before anything of its size is allocated.
+    data : bytes, what `encode` returned
+    progressive : accept a spectral file whose end is missing and return a smoother mesh with the same faces. Bytes that
+        were changed rather than cut off are then noticed only before the first coefficient.
+    max_vertices : refuse to build a larger mesh, before anything of its size is allocated
 
     Returns
     -------
-    TriangleMesh
-        With the faces that were encoded, numbered as `renumbered` says.
-
-    Raises
-    ------
-    TypeError
-        If `data` is not bytes.
-    ValueError
-        If they are not a whole, unchanged file of this format, or hold more vertices than allowed.
+    With the faces that were encoded, numbered as `renumbered` says. Raises TypeError if `data` is not bytes; ValueError
+    if they are not a whole, unchanged file of this format, or hold more vertices than allowed.
 
     Examples
     --------
@@ -200,15 +177,9 @@ def _decode(data: bytes, progressive: bool, limit: int, levels: list[Level] | No
 def renumbered(mesh: TriangleMesh) -> TriangleMesh:
     """Return the mesh with its vertices and faces numbered as `decode` will number them, positions unchanged.
 
-    Parameters
-    ----------
-    mesh : TriangleMesh
-        Any mesh.
-
     Returns
     -------
-    TriangleMesh
-        The same surface, to compare with a decoded one vertex by vertex and face by face.
+    The same surface, to compare with a decoded one vertex by vertex and face by face.
 
     Examples
     --------
@@ -227,18 +198,11 @@ def describe(data: bytes) -> FileSummary:
 
     Parameters
     ----------
-    data : bytes
-        What `encode` returned.
+    data : bytes, what `encode` returned
 
     Returns
     -------
-    FileSummary
-        Codec, sizes, and how many bytes are connectivity.
-
-    Raises
-    ------
-    TypeError, ValueError
-        As `decode`.
+    FileSummary: codec, sizes, and how many bytes are connectivity. Raises TypeError or ValueError as `decode`.
 
     Examples
     --------

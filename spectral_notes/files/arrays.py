@@ -44,24 +44,16 @@ def write_arrays(
 
     Parameters
     ----------
-    path : str or path
-        Where to; the ending names the format. CSV has one row a vertex: x, y, z, then the functions.
-    shape : TriangleMesh or PointCloud
-        The shape.
-    arrays : mapping of str to array_like, shape (n,) or (n, d)
-        Functions on the n vertices or points; pointwise values. The d columns of `name` become `name_0`, `name_1`, ...
-        (in NPZ they stay together).
-    colors : str
-        The function that a PLY file shows as colours; by default none.
-    kind : {"signed", "positive", "labels"}
-        How its values become colours, as in pictures.
+    path : str or path, where to; the ending names the format. CSV has one row a vertex: x, y, z, then the functions.
+    arrays : (n,) or (n, d) mapping of str to array_like, functions on the n vertices or points; pointwise values. The d
+        columns of `name` become `name_0`, `name_1`, ... (in NPZ they stay together).
+    colors : the function that a PLY file shows as colours; by default none
+    kind : {"signed", "positive", "labels"}, how its values become colours, as in pictures
 
     Raises
     ------
-    TypeError, ValueError
-        If the ending is none of the four, a function does not fit the shape, or `colors` names none of them.
-    OSError
-        If the folder does not exist or cannot be written to.
+    TypeError or ValueError if the ending is none of the four, a function does not fit the shape, or `colors` names none
+    of them; OSError if the folder does not exist or cannot be written to.
 
     Examples
     --------

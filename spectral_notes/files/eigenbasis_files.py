@@ -22,10 +22,8 @@ def write_problem(path: str | Path, L: sp.csr_array, M: sp.csr_array) -> None:
 
     Parameters
     ----------
-    path : path
-        Ends in `.npz`.
-    L, M : (n, n) sparse arrays
-        Weak Laplacian and mass.
+    path : path, ends in `.npz`
+    L, M : (n, n) sparse arrays, weak Laplacian and mass
 
     Examples
     --------
@@ -49,18 +47,11 @@ def read_problem(path: str | Path) -> tuple[sp.csr_array, sp.csr_array]:
 
     Parameters
     ----------
-    path : path
-        Ends in `.npz`.
+    path : path, ends in `.npz`
 
     Returns
     -------
-    L, M : (n, n) sparse arrays
-        Weak Laplacian and mass.
-
-    Raises
-    ------
-    ValueError
-        If the file does not hold such a pair.
+    L, M (n, n) sparse arrays: weak Laplacian and mass. Raises ValueError if the file does not hold such a pair.
 
     Examples
     --------
@@ -76,10 +67,7 @@ def write_eigenbasis(path: str | Path, basis: Eigenbasis) -> None:
 
     Parameters
     ----------
-    path : path
-        Ends in `.npz`.
-    basis : Eigenbasis
-        The basis.
+    path : path, ends in `.npz`
 
     Examples
     --------
@@ -102,18 +90,12 @@ def read_eigenbasis(path: str | Path) -> Eigenbasis:
 
     Parameters
     ----------
-    path : path
-        Ends in `.npz`.
+    path : path, ends in `.npz`
 
     Returns
     -------
-    Eigenbasis
-        With the sign of each mode as `compute_eigenbasis` gives it.
-
-    Raises
-    ------
-    ValueError
-        If the file does not hold an eigenbasis.
+    With the sign of each mode as `compute_eigenbasis` gives it. Raises ValueError if the file does not hold an
+    eigenbasis.
 
     Examples
     --------

@@ -36,24 +36,16 @@ def read_mesh(path: str | os.PathLike[str], *, clean: bool = False) -> TriangleM
 
     Parameters
     ----------
-    path : str or path
-        The file; its ending names the format, one of `FORMATS`, and .gz, .bz2 or .xz after it a compression.
-    clean : bool, optional
-        Merge repeated vertices and drop broken faces and unused vertices, as `clean_mesh` does.
+    path : str or path, the file; its ending names the format, one of `FORMATS`, and .gz, .bz2 or .xz after it a
+        compression
+    clean : merge repeated vertices and drop broken faces and unused vertices, as `clean_mesh` does
 
     Returns
     -------
-    TriangleMesh
-        The mesh, named after the file. The vertices of STL, glTF and 3MF files, which repeat them, are merged.
-
-    Raises
-    ------
-    OSError
-        If there is no such file, it may not be read, or the path names a folder or a pipe.
-    ValueError
-        If the ending is none that is known, the file cannot be read as that format, or it holds no valid mesh.
-    ModuleNotFoundError
-        If the format is read by a library that is missing; it is part of ``pip install "spectral-notes[formats]"``.
+    The mesh, named after the file. The vertices of STL, glTF and 3MF files, which repeat them, are merged. Raises
+    OSError if there is no such file, it may not be read, or the path names a folder or a pipe; ValueError if the ending
+    is none that is known, the file cannot be read as that format, or it holds no valid mesh; ModuleNotFoundError if the
+    format is read by a library that is missing; it is part of ``pip install "spectral-notes[formats]"``.
 
     Examples
     --------
@@ -74,20 +66,12 @@ def read_shape(path: str | os.PathLike[str], *, clean: bool = False) -> Triangle
 
     Parameters
     ----------
-    path : str or path
-        The file, as for `read_mesh`. XYZ is text, one point a line.
-    clean : bool, optional
-        Merge repeated vertices or points, and drop broken faces and unused vertices.
+    path : str or path, the file, as for `read_mesh`. XYZ is text, one point a line.
+    clean : merge repeated vertices or points, and drop broken faces and unused vertices
 
     Returns
     -------
-    TriangleMesh or PointCloud
-        The shape, named after the file.
-
-    Raises
-    ------
-    OSError, ValueError
-        As `read_mesh`.
+    The shape, named after the file. Raises OSError or ValueError as `read_mesh`.
 
     Examples
     --------
@@ -131,26 +115,15 @@ def shape_from_bytes(
 
     Parameters
     ----------
-    data : bytes
-        The whole file.
-    suffix : str
-        Its format: one of `FORMATS`, or with a compression behind, as in ".ply.gz".
-    name, where : str
-        The name that the shape gets, and that of the file.
-    clean : bool
-        As for `read_shape`.
-    path : path, optional
-        Where the file lies, for formats that spread over several files (glTF).
+    data : bytes, the whole file
+    suffix : its format: one of `FORMATS`, or with a compression behind, as in ".ply.gz"
+    name, where : the name that the shape gets, and that of the file
+    clean : as for `read_shape`
+    path : path, where the file lies, for formats that spread over several files (glTF)
 
     Returns
     -------
-    TriangleMesh or PointCloud
-        The shape.
-
-    Raises
-    ------
-    ValueError
-        If the bytes cannot be read as that format, or hold no valid shape.
+    The shape. Raises ValueError if the bytes cannot be read as that format, or hold no valid shape.
 
     Examples
     --------
@@ -205,17 +178,11 @@ def write_mesh(path: str | os.PathLike[str], mesh: TriangleMesh) -> None:
 
     Parameters
     ----------
-    path : str or path
-        Where to; the ending names the format.
-    mesh : TriangleMesh
-        The mesh.
+    path : str or path, where to; the ending names the format
 
     Raises
     ------
-    ValueError
-        If the ending is not one of the five.
-    OSError
-        If the folder does not exist or cannot be written to.
+    ValueError if the ending is not one of the five; OSError if the folder does not exist or cannot be written to.
 
     Examples
     --------

@@ -20,16 +20,11 @@ class Polygons:
 
     Parameters
     ----------
-    vertices : ndarray (n, 3)
-        Positions.
-    corners : ndarray (c,)
-        Vertex indices of all polygons, one polygon after the other.
-    sizes : ndarray (m,)
-        How many corners each polygon has.
-    vertex_lines, polygon_lines : ndarray, optional
-        Where they stand in a text; None in a binary file.
-    first : int
-        Number of the first vertex as the file counts.
+    vertices : ndarray (n, 3), positions
+    corners : ndarray (c,), vertex indices of all polygons, one polygon after the other
+    sizes : ndarray (m,), how many corners each polygon has
+    vertex_lines, polygon_lines : where they stand in a text; None in a binary file
+    first : number of the first vertex as the file counts
     """
 
     vertices: FloatArray

@@ -26,19 +26,13 @@ def conformal_map(mesh: TriangleMesh) -> FloatArray:
 
     Parameters
     ----------
-    mesh : TriangleMesh
-        A disk: connected, with one boundary loop and Euler characteristic 1.
+    mesh : a disk: connected, with one boundary loop and Euler characteristic 1
 
     Returns
     -------
-    ndarray, shape (n, 2)
-        Plane coordinates, turned so that rim vertex 0 (the lowest number) lies to the right of the centre; scaled so
-        that the patch keeps its area. Triangles are positively oriented, but a strongly curved patch may overlap.
-
-    Raises
-    ------
-    ValueError
-        If the mesh is not a disk, or a face has no area.
+    (n, 2): plane coordinates, turned so that rim vertex 0 (the lowest number) lies to the right of the centre; scaled
+    so that the patch keeps its area. Triangles are positively oriented, but a strongly curved patch may overlap. Raises
+    ValueError if the mesh is not a disk, or a face has no area.
 
     Examples
     --------
@@ -89,20 +83,13 @@ def conformal_distortion(mesh: TriangleMesh, uv: ArrayLike) -> FloatArray:
 
     Parameters
     ----------
-    mesh : TriangleMesh
-        The patch, with m faces and n vertices.
-    uv : array_like, shape (n, 2)
-        Plane coordinates.
+    mesh : the patch, with m faces and n vertices
+    uv : (n, 2), plane coordinates
 
     Returns
     -------
-    ndarray, shape (m,)
-        Without unit; at least 1 in magnitude, infinite where a face is crushed to a line.
-
-    Raises
-    ------
-    TypeError, ValueError
-        If uv does not fit the mesh, or a face has no area.
+    (m,): without unit; at least 1 in magnitude, infinite where a face is crushed to a line. Raises TypeError or
+    ValueError if uv does not fit the mesh, or a face has no area.
 
     Examples
     --------

@@ -18,15 +18,9 @@ def angle_defects(mesh: TriangleMesh) -> FloatArray:
     On the boundary it is pi minus the angles. Over all vertices they sum to 2 pi times the Euler characteristic,
     exactly (theorem of Gauss and Bonnet).
 
-    Parameters
-    ----------
-    mesh : TriangleMesh
-        The mesh.
-
     Returns
     -------
-    ndarray, shape (n,)
-        In radians; positive on caps, negative on saddles. Zero at vertices without a face.
+    (n,): in radians; positive on caps, negative on saddles. Zero at vertices without a face.
 
     Examples
     --------
@@ -54,21 +48,14 @@ def gaussian_curvature(mesh: TriangleMesh, *, mass: str = "voronoi") -> FloatArr
 
     Parameters
     ----------
-    mesh : TriangleMesh
-        The mesh; every vertex has a face.
-    mass : {"voronoi", "lumped"}
-        How the area is shared out among the vertices; see `mass_matrix`. With thirds (lumped) the values where five
-        triangles meet stay 15 % off on ever finer spheres.
+    mesh : the mesh; every vertex has a face
+    mass : {"voronoi", "lumped"}, how the area is shared out among the vertices; see `mass_matrix`. With thirds (lumped)
+        the values where five triangles meet stay 15 % off on ever finer spheres.
 
     Returns
     -------
-    ndarray, shape (n,)
-        In 1 / squared unit of the vertices; 1 / r^2 on a sphere.
-
-    Raises
-    ------
-    ValueError
-        If a vertex belongs to no face, or to none with an area, or `mass` is neither of the two.
+    (n,): in 1 / squared unit of the vertices; 1 / r^2 on a sphere. Raises ValueError if a vertex belongs to no face, or
+    to none with an area, or `mass` is neither of the two.
 
     Examples
     --------
@@ -90,21 +77,13 @@ def mean_curvature(mesh: TriangleMesh, *, mass: str = "voronoi") -> FloatArray:
 
     Parameters
     ----------
-    mesh : TriangleMesh
-        The mesh, oriented; every vertex has a face and every face an area.
-    mass : {"voronoi", "lumped"}
-        How the area is shared out among the vertices; see `gaussian_curvature`.
+    mesh : the mesh, oriented; every vertex has a face and every face an area
+    mass : {"voronoi", "lumped"}, how the area is shared out among the vertices; see `gaussian_curvature`
 
     Returns
     -------
-    ndarray, shape (n,)
-        Half the sum of the principal curvatures, in 1 / unit of the vertices; 1 / r on a sphere. On the boundary it
-        means little.
-
-    Raises
-    ------
-    ValueError
-        If a face has no area or a vertex no face, or `mass` is neither of the two.
+    (n,): half the sum of the principal curvatures, in 1 / unit of the vertices; 1 / r on a sphere. On the boundary it
+    means little. Raises ValueError if a face has no area or a vertex no face, or `mass` is neither of the two.
 
     Examples
     --------

@@ -37,22 +37,14 @@ def geodesic_distances(mesh: TriangleMesh, sources: ArrayLike) -> FloatArray:
 
     Parameters
     ----------
-    mesh : TriangleMesh
-        The mesh, with at most two faces on an edge.
-    sources : array_like of int, shape (p,)
-        Vertices where the distance is zero.
+    mesh : the mesh, with at most two faces on an edge
+    sources : (p,), vertices where the distance is zero
 
     Returns
     -------
-    ndarray, shape (n,)
-        In units of the vertices; infinite where no path leads.
-
-    Raises
-    ------
-    TypeError, ValueError
-        If no source is given, one is out of range, an edge has more than two faces, or short edges form chains.
-    RuntimeError
-        If the process of its own is ended from outside.
+    (n,): in units of the vertices; infinite where no path leads. Raises TypeError or ValueError if no source is given,
+    one is out of range, an edge has more than two faces, or short edges form chains; RuntimeError if the process of its
+    own is ended from outside.
 
     Examples
     --------
@@ -168,23 +160,14 @@ def parallel_transport(mesh: TriangleMesh, path: ArrayLike, arrow: ArrayLike) ->
 
     Parameters
     ----------
-    mesh : TriangleMesh
-        The mesh; oriented it need not be.
-    path : array_like of int, shape (p,)
-        Faces, each sharing an edge with the next.
-    arrow : array_like, shape (3,)
-        The arrow in the first face; what sticks out of the face's plane is left off.
+    mesh : the mesh; oriented it need not be
+    path : (p,), faces, each sharing an edge with the next
+    arrow : (3,), the arrow in the first face; what sticks out of the face's plane is left off
 
     Returns
     -------
-    ndarray, shape (p, 3)
-        The arrow in each face's plane.
-
-    Raises
-    ------
-    TypeError, ValueError
-        If the path is empty or has a face without area, an index is out of range, or two faces that follow each other
-        share no edge.
+    (p, 3): the arrow in each face's plane. Raises TypeError or ValueError if the path is empty or has a face without
+    area, an index is out of range, or two faces that follow each other share no edge.
 
     Examples
     --------
@@ -225,21 +208,15 @@ def faces_under_arcs(mesh: TriangleMesh, corners: ArrayLike) -> IntArray:
 
     Parameters
     ----------
-    mesh : TriangleMesh
-        A mesh that surrounds the origin and turns its outside to every ray from there, such as a sphere.
-    corners : array_like, shape (p, 3)
-        Points that the chain joins; end with the first one to close it. Their distance from the origin does not matter.
+    mesh : a mesh that surrounds the origin and turns its outside to every ray from there, such as a sphere
+    corners : (p, 3), points that the chain joins; end with the first one to close it. Their distance from the origin
+        does not matter.
 
     Returns
     -------
-    ndarray of int64, shape (q,)
-        Faces, from the one under the first corner to the one under the last.
-
-    Raises
-    ------
-    ValueError
-        If there are fewer than two corners, two that follow each other lie on one line through the origin, a corner
-        lies on an edge or over no face, or no way leads from one to the next.
+    (q,) ndarray of int64: faces, from the one under the first corner to the one under the last. Raises ValueError if
+    there are fewer than two corners, two that follow each other lie on one line through the origin, a corner lies on an
+    edge or over no face, or no way leads from one to the next.
 
     Examples
     --------

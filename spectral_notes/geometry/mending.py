@@ -27,20 +27,12 @@ def weld_vertices(mesh: TriangleMesh, tolerance: float) -> TriangleMesh:
 
     Parameters
     ----------
-    mesh : TriangleMesh
-        The mesh.
-    tolerance : float
-        Largest distance, in units of the vertices, 0 <= tolerance; less than an eighth of the mesh's diagonal.
+    tolerance : largest distance, in units of the vertices, 0 <= tolerance; less than an eighth of the mesh's diagonal
 
     Returns
     -------
-    TriangleMesh
-        The mesh, sewn up.
-
-    Raises
-    ------
-    TypeError, ValueError
-        If it is no mesh, the tolerance is negative or too large, or no face is left.
+    The mesh, sewn up. Raises TypeError or ValueError if it is no mesh, the tolerance is negative or too large, or no
+    face is left.
 
     Examples
     --------
@@ -67,22 +59,13 @@ def keep_pieces(mesh: TriangleMesh, *, smallest: float = 0.0, largest_only: bool
 
     Parameters
     ----------
-    mesh : TriangleMesh
-        The mesh.
-    smallest : float
-        A piece stays if its area is at least this share of the largest piece's, 0 <= smallest <= 1.
-    largest_only : bool
-        Keep the piece of the largest area alone, of equal ones the first.
+    smallest : a piece stays if its area is at least this share of the largest piece's, 0 <= smallest <= 1
+    largest_only : keep the piece of the largest area alone, of equal ones the first
 
     Returns
     -------
-    TriangleMesh
-        The pieces that stay, vertices and faces in their order.
-
-    Raises
-    ------
-    TypeError, ValueError
-        If it is no mesh, or the share is not between 0 and 1.
+    The pieces that stay, vertices and faces in their order. Raises TypeError or ValueError if it is no mesh, or the
+    share is not between 0 and 1.
 
     Examples
     --------
@@ -108,20 +91,9 @@ def orient_faces(mesh: TriangleMesh) -> TriangleMesh:
     A closed piece inside another, the wall of a hollow, points into the hollow. Across edges of three faces and more
     nothing can agree, and a Möbius strip keeps a seam: `health` still counts those edges.
 
-    Parameters
-    ----------
-    mesh : TriangleMesh
-        The mesh.
-
     Returns
     -------
-    TriangleMesh
-        The same vertices and faces in the same order; some faces are turned around.
-
-    Raises
-    ------
-    TypeError
-        If it is no mesh.
+    The same vertices and faces in the same order; some faces are turned around. Raises TypeError if it is no mesh.
 
     Examples
     --------

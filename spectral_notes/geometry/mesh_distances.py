@@ -43,10 +43,6 @@ def surface_error(mesh: TriangleMesh, other: TriangleMesh) -> float:
     Distances are taken at vertices and face centres, to the nearest point of the other surface. Sliding a vertex along
     a flat surface costs nothing.
 
-    Parameters
-    ----------
-    mesh, other : any two meshes
-
     Returns
     -------
     Percent of the first mesh's diagonal.
@@ -68,10 +64,6 @@ def surface_error(mesh: TriangleMesh, other: TriangleMesh) -> float:
 
 def hausdorff_error(mesh: TriangleMesh, other: TriangleMesh) -> float:
     """Return the largest distance from one surface to the other, >= 0, taken at vertices and face centres of both.
-
-    Parameters
-    ----------
-    mesh, other : any two meshes
 
     Returns
     -------

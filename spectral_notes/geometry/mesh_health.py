@@ -48,22 +48,15 @@ class MeshHealth:
 
     Parameters
     ----------
-    vertices, edges, faces : int
-        Size of the mesh.
-    components : int
-        Connected pieces, vertices without a face not counted.
-    boundary_loops : int
-        Pieces that the boundary edges form.
-    euler_characteristic : int
-        Vertices in use - edges + faces.
-    genus : int or None
-        Number of handles, summed over the pieces, holes taken as filled; None unless the mesh is manifold and oriented.
-    faults : dict of str to int
-        Number of each fault of `CONSEQUENCES`, zeros included.
-    volume : float or None
-        Signed volume, positive where the faces point outward; None of a mesh with a boundary.
-    crack : float
-        Largest distance of the near duplicate vertices, 0 without any: what a weld must bridge.
+    vertices, edges, faces : size of the mesh
+    components : connected pieces, vertices without a face not counted
+    boundary_loops : pieces that the boundary edges form
+    euler_characteristic : vertices in use - edges + faces
+    genus : int or None, number of handles, summed over the pieces, holes taken as filled; None unless the mesh is
+        manifold and oriented
+    faults : dict of str to int, number of each fault of `CONSEQUENCES`, zeros included
+    volume : float or None, signed volume, positive where the faces point outward; None of a mesh with a boundary
+    crack : largest distance of the near duplicate vertices, 0 without any: what a weld must bridge
     """
 
     vertices: int
@@ -112,24 +105,15 @@ def health(
 
     Parameters
     ----------
-    mesh : TriangleMesh
-        The mesh.
-    sliver_angle : float
-        A face is a sliver when it has an area but an angle below this, in degrees, 0 < angle.
-    crossings : bool
-        Look for faces that cross and for pieces inside out, which takes the longest.
-    nonplanar_polygons : int
-        How many polygons of the file were bent, where somebody counted; a mesh of triangles does not remember.
+    sliver_angle : a face is a sliver when it has an area but an angle below this, in degrees, 0 < angle
+    crossings : look for faces that cross and for pieces inside out, which takes the longest
+    nonplanar_polygons : how many polygons of the file were bent, where somebody counted; a mesh of triangles does not
+        remember
 
     Returns
     -------
-    MeshHealth
-        The counts; ``print(health(mesh))`` reads as a report with what each fault does.
-
-    Raises
-    ------
-    TypeError, ValueError
-        If it is no mesh, or the angle is not positive.
+    MeshHealth: the counts; ``print(health(mesh))`` reads as a report with what each fault does. Raises TypeError or
+    ValueError if it is no mesh, or the angle is not positive.
 
     Examples
     --------

@@ -18,13 +18,12 @@ def nodal_domains(mesh: TriangleMesh, f: ArrayLike, *, tol: float = 0.0) -> IntA
 
     Parameters
     ----------
-    mesh : the mesh
     f : (n,), pointwise values
     tol : values up to tol * max |f| in magnitude count as zero
 
     Returns
     -------
-    (n,) ndarray of int64: the labels, in the order of each domain's first vertex. Raises TypeError or ValueError if f
+    (n,) ndarray of int64: the labels, in the order of each domain's first vertex. Raises TypeError or ValueError if f;
     does not hold one finite number per vertex, or tol is negative.
 
     Examples

@@ -20,18 +20,11 @@ def goat(pose: str = "rest") -> TriangleMesh:
 
     Parameters
     ----------
-    pose : {"rest", "walk", "look"}
-        What it does.
+    pose : {"rest", "walk", "look"}, what it does
 
     Returns
     -------
-    TriangleMesh
-        About 1.8 long; the smallest angle at rest is above 20 degrees.
-
-    Raises
-    ------
-    ValueError
-        If the pose is none of these.
+    About 1.8 long; the smallest angle at rest is above 20 degrees. Raises ValueError if the pose is none of these.
 
     Examples
     --------
@@ -51,20 +44,14 @@ def doll(pose: str = "rest", connectivity: str = "same") -> TriangleMesh:
 
     Parameters
     ----------
-    pose : {"rest", "arms_down", "walk", "wave"}
-        What it does. It stands upright along y and looks towards z; its left hand is on the side of x > 0.
-    connectivity : {"same", "remeshed"}
-        The triangulation.
+    pose : {"rest", "arms_down", "walk", "wave"}, what it does. It stands upright along y and looks towards z; its left
+        hand is on the side of x > 0.
+    connectivity : {"same", "remeshed"}, the triangulation
 
     Returns
     -------
-    TriangleMesh
-        About 1.8 tall; the smallest angle at rest is above 20 degrees.
-
-    Raises
-    ------
-    ValueError
-        If the pose or the connectivity is none of these.
+    About 1.8 tall; the smallest angle at rest is above 20 degrees. Raises ValueError if the pose or the connectivity is
+    none of these.
 
     Examples
     --------
@@ -89,10 +76,7 @@ def doll_correspondence() -> sp.csr_array:
     ``P @ doll(pose).vertices`` are its vertices, and ``P @ f`` carries a function over. The nearest single vertex is
     ``P.argmax(axis=1)``, a map from the remeshed doll to the doll.
 
-    Returns
-    -------
-    csr_array (n_remeshed, n)
-        Entries from 0 to 1, at most three a row.
+    Returns csr_array (n_remeshed, n): entries from 0 to 1, at most three a row.
 
     Examples
     --------
@@ -112,10 +96,7 @@ def doll_correspondence() -> sp.csr_array:
 def bracket() -> TriangleMesh:
     """Return a machined bracket of about 8,900 vertices: a plate with four bolt holes and two bored lugs, genus 6.
 
-    Returns
-    -------
-    TriangleMesh
-        Closed, 2 long (x), 1.4 wide (y), 1.05 high (z); the smallest angle is above 20 degrees.
+    Returns Closed, 2 long (x), 1.4 wide (y), 1.05 high (z); the smallest angle is above 20 degrees.
 
     Examples
     --------

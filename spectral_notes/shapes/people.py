@@ -33,20 +33,13 @@ def person(name: str, pose: str = "stand") -> TriangleMesh:
 
     Parameters
     ----------
-    name : {"average", "slim", "heavy", "strong", "tall", "short", "old", "round"}
-        The build, one of `PERSONS`.
-    pose : {"stand", "walk", "reach"}
-        What the person does, one of `PERSON_POSES`.
+    name : {"average", "slim", "heavy", "strong", "tall", "short", "old", "round"}, the build, one of `PERSONS`
+    pose : {"stand", "walk", "reach"}, what the person does, one of `PERSON_POSES`
 
     Returns
     -------
-    TriangleMesh
-        Finer at hands, face and feet; the smallest angle is above 10 degrees.
-
-    Raises
-    ------
-    ValueError
-        If the name or the pose is none of these.
+    Finer at hands, face and feet; the smallest angle is above 10 degrees. Raises ValueError if the name or the pose is
+    none of these.
 
     Examples
     --------
@@ -69,18 +62,11 @@ def person_segments(name: str, pose: str = "stand") -> IntArray:
 
     Parameters
     ----------
-    name, pose : str
-        As in `person`.
+    name, pose : as in `person`
 
     Returns
     -------
-    ndarray of int, shape (n,)
-        Places in `PERSON_SEGMENTS`, 0 to 13.
-
-    Raises
-    ------
-    ValueError
-        If the name or the pose is none of those of `person`.
+    (n,): places in `PERSON_SEGMENTS`, 0 to 13. Raises ValueError if the name or the pose is none of those of `person`.
 
     Examples
     --------
@@ -101,18 +87,12 @@ def person_correspondence(name_1: str, pose_1: str, name_2: str, pose_2: str) ->
 
     Parameters
     ----------
-    name_1, pose_1, name_2, pose_2 : str
-        Two of the meshes of `person`.
+    name_1, pose_1, name_2, pose_2 : two of the meshes of `person`
 
     Returns
     -------
-    csr_array (n_1, n_2)
-        Entries from 0 to 1, at most three a row.
-
-    Raises
-    ------
-    ValueError
-        If a name or a pose is none of those of `person`.
+    csr_array (n_1, n_2): entries from 0 to 1, at most three a row. Raises ValueError if a name or a pose is none of
+    those of `person`.
 
     Examples
     --------

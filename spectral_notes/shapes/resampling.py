@@ -20,22 +20,13 @@ def coarse_copy(mesh: TriangleMesh, n: int) -> tuple[TriangleMesh, sp.csr_array]
 
     Parameters
     ----------
-    mesh : TriangleMesh
-        The mesh, a manifold.
-    n : int
-        Vertices wanted, at least 4.
+    mesh : the mesh, a manifold
+    n : vertices wanted, at least 4
 
     Returns
     -------
-    coarse : TriangleMesh
-        The copy, under the mesh's name.
-    P : csr_array, shape (n_coarse, n_mesh)
-        Rows sum to one.
-
-    Raises
-    ------
-    TypeError, ValueError
-        If n is out of range, or the mesh cannot be simplified, as one that is not manifold cannot.
+    coarse: the copy, under the mesh's name; P (n_coarse, n_mesh) csr_array: rows sum to one. Raises TypeError or
+    ValueError if n is out of range, or the mesh cannot be simplified, as one that is not manifold cannot.
 
     Examples
     --------

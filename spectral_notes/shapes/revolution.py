@@ -32,13 +32,13 @@ def revolution_eigenvalues(profile: Profile, k: int, *, kind: str, n: int = 64) 
     ----------
     profile : takes t (p,), returns the radius r and the speed w, both (p,) and positive inside
     k : how many eigenvalues, 1 .. n^2 / 16.
-    kind : {"poles", "ring"}, "poles": t runs from 0 to pi and the profile meets the axis smoothly at both ends, r / sin
-        t being smooth, as on a sphere. "ring": t runs round a closed profile, from 0 to 2 pi, as on a torus.
+    kind : {"poles", "ring"}, "poles": t runs from 0 to pi and the profile meets the axis smoothly at both ends, r /
+        sin, t being smooth, as on a sphere. "ring": t runs round a closed profile, from 0 to 2 pi, as on a torus.
     n : resolution, at least 8
 
     Returns
     -------
-    evals (k,): eigenvalues, in 1 / length^2; orders (k,) ndarray of int64: the order m of each; m > 0 comes twice.
+    evals (k,): eigenvalues, in 1 / length^2; orders (k,) ndarray of int64: the order m of each; m > 0 comes twice.;
     Raises TypeError or ValueError if a count is out of range or the kind neither of the two.
 
     Examples
@@ -100,7 +100,7 @@ def torus_eigenvalues(k: int, R: float = 1.0, r: float = 0.4, *, n: int = 64) ->
 
     Returns
     -------
-    evals (k,): eigenvalues, in 1 / length^2; orders (k,) ndarray of int64: the order m of each; m > 0 comes twice.
+    evals (k,): eigenvalues, in 1 / length^2; orders (k,) ndarray of int64: the order m of each; m > 0 comes twice.;
     Raises TypeError or ValueError if a count is out of range, or the radii do not satisfy 0 < r < R.
 
     Examples

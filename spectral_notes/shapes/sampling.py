@@ -20,19 +20,12 @@ def terrain(step: int = 4) -> TriangleMesh:
 
     Parameters
     ----------
-    step : int
-        Take each step-th sample in both directions, 1 to 100; 4 gives 8,686 vertices about 300 m apart.
+    step : take each step-th sample in both directions, 1 to 100; 4 gives 8,686 vertices about 300 m apart
 
     Returns
     -------
-    TriangleMesh
-        The map's south-west corner is at x = y = 0; vertex ``i * n_y + j`` is the i-th from the west and the j-th from
-        the south.
-
-    Raises
-    ------
-    TypeError, ValueError
-        If `step` is not an integer between 1 and 100.
+    The map's south-west corner is at x = y = 0; vertex ``i * n_y + j`` is the i-th from the west and the j-th from the
+    south. Raises TypeError or ValueError if `step` is not an integer between 1 and 100.
 
     Examples
     --------
@@ -59,22 +52,13 @@ def sample_points(mesh: TriangleMesh, n: int, seed: int = 0) -> PointCloud:
 
     Parameters
     ----------
-    mesh : TriangleMesh
-        The surface.
-    n : int
-        Number of points, at least 1.
-    seed : int
-        Each seed is another cloud.
+    n : number of points, at least 1
+    seed : each seed is another cloud
 
     Returns
     -------
-    PointCloud
-        The points, on the faces to rounding; named after the mesh.
-
-    Raises
-    ------
-    TypeError, ValueError
-        If `n` is not an integer of at least 1, or `seed` not one of at least 0.
+    The points, on the faces to rounding; named after the mesh. Raises TypeError or ValueError if `n` is not an integer
+    of at least 1, or `seed` not one of at least 0.
 
     Examples
     --------

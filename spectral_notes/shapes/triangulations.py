@@ -14,15 +14,12 @@ def grid_faces(n_i: int, n_j: int, *, closed: bool = False) -> IntArray:
 
     Parameters
     ----------
-    n_i, n_j : int
-        Vertices in each direction.
-    closed : bool
-        Whether both directions close up.
+    n_i, n_j : vertices in each direction
+    closed : whether both directions close up
 
     Returns
     -------
-    ndarray (m, 3)
-        Faces.
+    ndarray (m, 3): faces.
 
     Examples
     --------
@@ -42,13 +39,11 @@ def ring_coordinates(n_rings: int) -> tuple[FloatArray, FloatArray]:
 
     Parameters
     ----------
-    n_rings : int
-        Rings about the centre, which is vertex 0.
+    n_rings : rings about the centre, which is vertex 0
 
     Returns
     -------
-    ring, angle : ndarray (n,)
-        Ring number and angle in radians.
+    ring, angle ndarray (n,): ring number and angle in radians.
 
     Examples
     --------
@@ -66,13 +61,11 @@ def ring_faces(n_rings: int) -> IntArray:
 
     Parameters
     ----------
-    n_rings : int
-        Rings about the centre.
+    n_rings : rings about the centre
 
     Returns
     -------
-    ndarray (6 * n_rings**2, 3)
-        Faces.
+    ndarray (6 * n_rings**2, 3): faces.
 
     Examples
     --------
@@ -97,17 +90,13 @@ def split_triangle(corners: FloatArray, n: int) -> tuple[FloatArray, IntArray]:
 
     Parameters
     ----------
-    corners : ndarray (3, d)
-        The triangle.
-    n : int
-        Parts a side.
+    corners : ndarray (3, d), the triangle
+    n : parts a side
 
     Returns
     -------
-    points : ndarray ((n + 1) * (n + 2) / 2, d)
-        The points, corner 0 first.
-    faces : ndarray (n**2, 3)
-        Faces, oriented like the triangle.
+    points ndarray ((n + 1) * (n + 2) / 2, d): the points, corner 0 first; faces ndarray (n**2, 3): faces, oriented like
+    the triangle.
 
     Examples
     --------
