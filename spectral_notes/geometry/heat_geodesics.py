@@ -43,7 +43,7 @@ class HeatMethod:
     >>> method = HeatMethod(ball)
     >>> exact = np.arccos(np.clip(ball.vertices @ ball.vertices[[0, 9]].T, -1, 1))
     >>> [round(float(np.abs(method.distances([v]) - exact[:, i]).mean()), 3) for i, v in enumerate([0, 9])]
-    [0.016, 0.016]
+    [0.013, 0.013]
 
     References
     ----------
