@@ -4,6 +4,7 @@
 
 Where the variables BOOK_REPOSITORY_URL, BOOK_REPOSITORY_BRANCH and BOOK_URL are set, as by the workflow that publishes
 the book, its pages link to their sources and to services that run them; these are links, so no page asks for anything.
+With BOOK_VERSIONED they also offer the other versions that `publish_version.py` has put beside theirs.
 
 The notebooks of `book/` hold no images, so the pages are rendered from a staged copy, `_build/source`, in which each
 notebook is replaced by its executed twin. What is generated for the pages to load on request (scripts, data) is
@@ -19,6 +20,7 @@ import os
 import shutil
 import subprocess
 import sys
+import tomllib
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
@@ -43,7 +45,7 @@ def staged_config(root: Path) -> str:
     """Return the configuration of the book with execution off: the staged notebooks are executed already."""
     config = yaml.safe_load((root / "_config.yml").read_text(encoding="utf-8"))
     config["execute"] = {"execute_notebooks": "off", "stderr_output": "error"}
-    config = with_repository(config, os.environ)
+    config = with_version(with_repository(config, os.environ), root, os.environ)
     return yaml.safe_dump(config, sort_keys=False)
 
 
@@ -58,6 +60,18 @@ def with_repository(config: dict[str, Any], environment: Mapping[str, str]) -> d
         config["html"] |= dict.fromkeys(("use_repository_button", "use_issues_button", "use_edit_page_button"), True)
         if url.startswith("https://github.com/"):
             config["launch_buttons"] |= LAUNCH_SERVICES
+    return config
+
+
+def with_version(config: dict[str, Any], root: Path, environment: Mapping[str, str]) -> dict[str, Any]:
+    """Return the configuration with the project's version at the foot of every page, and a place for the others."""
+    project = root / "pyproject.toml"
+    if not project.exists():
+        return config
+    version = tomllib.loads(project.read_text(encoding="utf-8"))["project"]["version"]
+    place = "<span data-versions></span>" if environment.get("BOOK_VERSIONED") else ""
+    config = copy.deepcopy(config)
+    config["html"]["extra_footer"] = f'<p class="book-version">Version {version}{place}</p>'
     return config
 
 

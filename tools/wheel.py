@@ -21,7 +21,7 @@ USE = """
 import importlib, pkgutil
 from pathlib import Path
 import spectral_notes
-from spectral_notes import compression, files, labs, plotting
+from spectral_notes import compression, files, labs, plotting, shapes
 assert Path(spectral_notes.__file__).is_relative_to({environment!r}), spectral_notes.__file__
 rooms = [name for _, name, is_room in pkgutil.iter_modules(spectral_notes.__path__) if is_room]
 doors = [spectral_notes, *(importlib.import_module("spectral_notes." + name) for name in rooms)]
@@ -30,10 +30,11 @@ public = [getattr(door, name) for door in doors for name in door.__all__]
 files.write_mesh("egg.obj", mesh)
 again = files.read_mesh("egg.obj")
 data = compression.encode(again, error=0.1)
-scene = plotting.figure(plotting.SurfaceView(mesh, basis.evecs[:, 1])).to_json()
+scene = plotting.show(plotting.SurfaceView(mesh, basis.evecs[:, 1])).page
 lab = labs.lab("heat", mesh, k=10).page
+person = shapes.person("tall", "walk")
 print(len(public), "public names in", len(rooms), "rooms")
-print("a scene of", len(scene) // 1000, "kB, a lab of", len(lab) // 1000, "kB")
+print("a scene of", len(scene) // 1000, "kB, a lab of", len(lab) // 1000, "kB, a person:", person.n_vertices)
 print(smooth_egg.shape, basis.evals.round(2).tolist()[:3], compression.describe(data).codec)
 """
 

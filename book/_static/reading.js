@@ -117,12 +117,30 @@
     for (const image of document.querySelectorAll("img[loading=lazy]")) image.loading = "eager";
   }
 
+  // --- other versions ---------------------------------------------------------------------------------------------------
+
+  /** Offer the versions that lie beside this one; a script brings their list, which a folder may read, too. */
+  function versions() {
+    const place = document.querySelector("[data-versions]");
+    if (!place) return;
+    const site = new URL(`${document.documentElement.dataset.content_root}../`, location.href);
+    window.spectralNotesVersions = (names) => {
+      const here = location.href.slice(site.href.length).split("/")[0];
+      const select = element("select", { "aria-label": "Version of the book" });
+      for (const name of names) select.append(new Option(name, name, false, name === here));
+      select.addEventListener("change", () => (location.href = `${site.href}${select.value}/index.html`));
+      place.append(" · ", select);
+    };
+    document.head.append(element("script", { src: `${site.href}versions.js` }));
+  }
+
   addEventListener("beforeprint", paper);
   addEventListener("hashchange", follow);
   document.addEventListener("DOMContentLoaded", () => {
     predictions();
     total = exercises();
     count();
+    versions();
   });
   addEventListener("load", () => {
     follow(); // the folding buttons are made by then

@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import json
+import os
 import re
+import shutil
 import subprocess
 import sys
 import tomllib
@@ -13,6 +15,7 @@ from pathlib import Path
 import build_book
 import matrix
 import notebooks
+import publish_version
 import pytest
 import wheel
 import yaml
@@ -83,6 +86,71 @@ def test_the_three_systems_and_pythons_are_tested() -> None:
     assert jobs["elsewhere"]["strategy"]["matrix"]["system"] == ["macos-latest", "windows-latest"]
 
 
+# --- versions of the book ----------------------------------------------------------------------------------------------
+
+
+def built(folder: Path, text: str) -> Path:
+    """Make a book of one page."""
+    folder.mkdir(parents=True, exist_ok=True)
+    (folder / "index.html").write_text(text, encoding="utf-8")
+    return folder
+
+
+def test_books_lie_beside_each_other_with_the_newest_release_in_front(tmp_path: Path) -> None:
+    site = tmp_path / "site"
+    site.mkdir()
+    assert publish_version.put(site, built(tmp_path / "a", "main"), "latest") == ["latest"]
+    for name in ("0.9.0", "0.10.0", "0.2.0"):
+        names = publish_version.put(site, built(tmp_path / "b", name), name)
+    assert names == ["0.10.0", "0.9.0", "0.2.0", "latest"]
+    assert (site / "versions.js").read_text() == 'spectralNotesVersions(["0.10.0", "0.9.0", "0.2.0", "latest"]);\n'
+    assert "url=0.10.0/index.html" in (site / "index.html").read_text()
+    (site / "0.9.0/old.html").touch()
+    publish_version.put(site, built(tmp_path / "b", "mended"), "0.9.0")
+    assert [path.name for path in (site / "0.9.0").iterdir()] == ["index.html"]
+    with pytest.raises(ValueError, match=r"name must be a version, like 0.2.0, or latest; got '../x'"):
+        publish_version.put(site, tmp_path / "b", "../x")
+    with pytest.raises(FileNotFoundError, match=r"book must be a built book; .* run make book"):
+        publish_version.put(site, tmp_path, "latest")
+
+
+def test_pages_carry_their_version_and_offer_others_only_where_they_are_published() -> None:
+    project = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
+    alone, published = (
+        build_book.with_version({"html": {}}, ROOT, environment)["html"]["extra_footer"]
+        for environment in ({}, {"BOOK_VERSIONED": "1"})
+    )
+    assert f"Version {project['version']}" in alone and "data-versions" not in alone
+    assert "data-versions" in published
+
+
+def test_the_published_branch_keeps_every_version(tmp_path: Path) -> None:
+    workflow = yaml.safe_load((ROOT / ".github/workflows/publish.yml").read_text(encoding="utf-8"))
+    step = next(s["run"] for s in workflow["jobs"]["build"]["steps"] if s.get("name") == "Put it beside the other versions")
+    origin = tmp_path / "origin"
+    git = ["git", "-c", "user.name=a", "-c", "user.email=a@example.org", "-c", "init.defaultBranch=main"]
+    subprocess.run([*git, "init", "-q", "--bare", str(origin)], check=True)
+    for name in ("latest", "v0.2.0"):
+        work = tmp_path / name / "work"
+        subprocess.run([*git, "clone", "-q", str(origin), str(work)], check=True, capture_output=True)
+        if name == "latest":
+            (work / "README.md").touch()
+            subprocess.run([*git, "add", "README.md"], check=True, cwd=work)
+            subprocess.run([*git, "commit", "-qm", "start"], check=True, cwd=work)
+            subprocess.run([*git, "push", "-q", "origin", "HEAD:main"], check=True, cwd=work)
+        (work / "tools").mkdir()
+        shutil.copy(ROOT / "tools/publish_version.py", work / "tools")
+        built(work / "_build/html", name)
+        (work / ".venv/bin").mkdir(parents=True)
+        (work / ".venv/bin/python").write_text(f'#!/bin/sh\nexec "{sys.executable}" "$@"\n')
+        (work / ".venv/bin/python").chmod(0o755)
+        environment = os.environ | {"GITHUB_WORKSPACE": str(work), "NAME": name}
+        subprocess.run(["bash", "-eo", "pipefail", "-c", step], check=True, cwd=work, env=environment, capture_output=True)
+    site = work / "_build/site"
+    assert {path.name for path in site.iterdir()} == {"0.2.0", "latest", "index.html", "versions.js", ".nojekyll"}
+    assert (site / "latest/index.html").read_text() == "latest"
+
+
 # --- what others read: citation, deposits, paper, recipe, forms ----------------------------------------------------------
 
 
@@ -109,6 +177,12 @@ def test_the_recipe_asks_for_what_the_package_needs() -> None:
     there = {re.split(r"[\s<>=]", line)[0].lower() for line in run if isinstance(line, str)}
     elsewhere = {"matplotlib-base": "matplotlib", "robust_laplacian": "robust-laplacian"}
     assert {elsewhere.get(name, name) for name in there} - {"python"} == names - {"cholespy"}  # only where there is a wheel
+
+
+def test_the_builder_of_conda_understands_the_recipe() -> None:
+    builder = pytest.importorskip("rattler_build", reason="pip install py-rattler-build; the weekly workflow does")
+    recipe = builder.Stage0Recipe.from_file(ROOT / "tools/conda/recipe.yaml").to_dict()
+    assert recipe["package"]["name"] == "spectral-notes"
 
 
 def test_the_paper_cites_what_the_book_cites() -> None:
