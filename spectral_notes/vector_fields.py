@@ -280,9 +280,9 @@ def field_indices(surface: Surface, z: ArrayLike, n_fold: int = 1) -> FloatArray
 
 
 def transport_vector(surface: Surface, vertex: int, value: complex = 1.0, *, step: float | None = None) -> ComplexArray:
-    """Return a vector carried from one vertex to all others along shortest paths, by three short heat steps.
+    """Return a vector carried from one vertex to all others along shortest paths, by one short heat step.
 
-    Heat spreads the vector by the connection Laplacian, which keeps its direction; two scalar steps restore its length.
+    Heat of the connection Laplacian arrives first by the shortest way and keeps the direction; the length is put back.
 
     Parameters
     ----------
