@@ -191,6 +191,17 @@ def functional_maps(ax: Axes) -> None:
     write(ax, 9.7, 1, r"$f_2(x) = f_1(p(x))$")
 
 
+def vectors(ax: Axes) -> None:
+    """Two arrows in two planes, and what has to happen before one is taken from the other."""
+    ax.plot([0, 4], [0, 0], "o-", color=INK, ms=6)
+    arrow(ax, (0, 0), (0.7, 1.2))
+    arrow(ax, (4, 0), (3.7, 1.4), CHALK)
+    for x, words in ((0, "$i$"), (4, "$j$")):
+        write(ax, x, -0.4, words)
+    write(ax, 2, 0.5, r"$z_j \;\leftrightarrow\; r_{ij}\, z_i$", CHALK)
+    write(ax, 8.2, 0.5, r"$E(z) = \sum w_{ij}\, |z_j - r_{ij} z_i|^2$")
+
+
 def outlook(ax: Axes) -> None:
     """One equation, and the roads that lead out of it."""
     write(ax, 0, 0, r"$L\varphi = \lambda M\varphi$", CHALK)
@@ -214,6 +225,7 @@ SKETCHES: dict[int, Callable[[Axes], None]] = {  # by chapter
     10: compression,
     11: clustering,
     12: functional_maps,
+    13: vectors,
     16: outlook,
 }
 

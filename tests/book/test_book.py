@@ -33,6 +33,7 @@ NAMED_PAGES = {
     "book/12_functional_maps",
     "book/labs",
     "book/11_clustering",
+    "book/13_vectors",
     "book/16_outlook",
     "book/conventions",
     "book/large_meshes",
