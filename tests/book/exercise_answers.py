@@ -211,6 +211,12 @@ WRONG = [
     ("ex-vectors-6", "my_numbers = [1, 2, 3]", "closed way"),
     ("ex-vectors-6", "my_numbers = [0, 0, 0]", "closed way"),
     ("ex-vectors-6", "my_numbers = [0, 1, 1]", "closed way"),
+    ("ex-vectors-7", "my_arrows = [[1, 0, 0], [1, 0, 0]]", "keeps its angle"),
+    ("ex-vectors-7", "my_arrows = [[0, 0, 1], [1, 0, 0]]", "keeps its angle"),
+    ("ex-vectors-7", "my_arrows = [[1, 0, 0], [0, 0, -1]]", "keeps its angle"),
+    ("ex-vectors-7", "my_level = 6", "order one"),
+    ("ex-vectors-7", "my_level = 5", "order one"),
+    ("ex-vectors-7", "my_level = 10", "order one"),
 ]
 
 RIGHT = [
@@ -273,4 +279,5 @@ RIGHT = [
     ("ex-vectors-4", "my_total = np.float32(2 * np.pi)"),
     ("ex-vectors-5", "my_share = np.sqrt(0.84)"),
     ("ex-vectors-6", "my_numbers = tuple(np.arange(3.0))"),
+    ("ex-vectors-7", "my_arrows, my_level = np.array([[0.0, 0, -1], [1, 0, 0]]), 7.0"),
 ]
