@@ -33,6 +33,7 @@ EPS = float(np.finfo(np.float64).eps)
 LOSS = 1e-9  # orthogonality that is kept; losing more than a hundred times this would show in the residuals
 USUAL_DECAY = 20.0  # residuals shrink by about e^20 while the basis grows by k columns; only the first guess needs it
 KEPT_LOSS = 1e-3 * LOSS  # cleaning leaves columns that lost less alone
+ONCE = 1e-6  # of a larger loss one cleaning leaves more than KEPT_LOSS, its square
 PIECE = 16  # columns that are cleaned or left together
 SAFETY = 30.0  # how much larger than the loss that was found the simulation is held
 GROUP = 128  # modes that are combined at a time
@@ -206,24 +207,22 @@ def _reorthogonalize(space: Krylov, estimate: float) -> None:
     """Clean the last two blocks, which is enough for the recurrence to start afresh; learn from how much was lost.
 
     Only those parts of V are taken out that hold loss: early columns, where the converged modes are, and the latest.
+    A step loses 3 LOSS |T| |B^-1| at most: much only where B is small, where it weighs little in op V = V T + Q B.
     """
     V, j, b = space.V, space.size, space.block
     Q, pair = V[:, j : j + b], V[:, j - b : j + b]
-    if not estimate < 1e-3:  # the block had almost nothing new in it: what was left was noise
-        _project_out(space, j - b, pair)
-        fresh = np.asfortranarray(Q)
+    parts = _lossy_parts(_weighted_loss(space)[: j - b])
+    lost = max([0.0] + [abs(_project_out(space, part.stop, pair, part.start)[:, b:]).max() for part in parts])
+    _project_out(space, j, Q, j - b)
+    if max(lost, estimate) > ONCE:  # the block had little new in it: what was left was noise
+        parts, fresh = [slice(0, j - b)], np.asfortranarray(Q)
         for _ in range(2):
             _project_out(space, j, fresh)
             fresh, R = _orthonormalize(space, fresh)
             space.T[j : j + b, j - b : j] = R @ space.T[j : j + b, j - b : j]
         V[:, j : j + b] = fresh
-        parts, lost = [slice(0, j - b)], 0.0
-    else:
-        parts = _lossy_parts(_weighted_loss(space)[: j - b])
-        lost = max([0.0] + [abs(_project_out(space, part.stop, pair, part.start)[:, b:]).max() for part in parts])
-        _project_out(space, j, Q, j - b)
-    if lost:
-        space.noise = max(space.noise * float(np.clip(SAFETY * lost / estimate, 0.1, 100.0)), EPS / 8)
+    if lost and estimate <= ONCE:
+        space.noise = max(space.noise * float(np.clip(SAFETY * lost / estimate, 0.1, 100.0)), EPS)
     for part in [*parts, slice(j - b, j)]:
         space.loss[part] = space.noise * space.rng.standard_normal(space.loss[part].shape)
         space.loss_before[part] = space.noise * space.rng.standard_normal(space.loss_before[part].shape)
