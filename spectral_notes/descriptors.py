@@ -128,9 +128,6 @@ def spectral_distances(spectra: ArrayLike) -> FloatArray:
     return np.sqrt(((logarithms[:, None] - logarithms[None]) ** 2).mean(axis=2))
 
 
-ZERO = 1e-9  # eigenvalues below this part of the largest count as zero
-
-
 def heat_kernel_signature(basis: Eigenbasis, times: ArrayLike) -> FloatArray:
     """Return how much heat of a drop is still where it fell, at each vertex and time: positive, falling with time.
 
@@ -265,9 +262,9 @@ def signature_energies(basis: Eigenbasis, n_energies: int = 100) -> tuple[FloatA
 
 
 def first_nonzero(basis: Eigenbasis, n_wanted: int) -> int:
-    """Return the number of the first mode with an eigenvalue above zero, and refuse a basis without enough of them.
+    """Return how many zero modes a basis has, and refuse one without enough modes beyond them.
 
-    Eigenvalues up to 1e-9 of the largest count as zero: the constants, one a connected component.
+    The basis knows: one zero mode a connected component. A weak link between parts makes a small eigenvalue, no zero.
 
     Parameters
     ----------
@@ -284,7 +281,8 @@ def first_nonzero(basis: Eigenbasis, n_wanted: int) -> int:
     >>> first_nonzero(compute_eigenbasis(*interval_laplacian(11), k=3), 2)
     1
     """
-    first = int(np.count_nonzero(basis.evals <= ZERO * basis.evals[-1]))
-    if basis.evals[-1] <= 0.0 or basis.k - first < n_wanted:
+    first = basis.n_zero
+    assert first is not None
+    if basis.k - first < n_wanted:
         raise ValueError(f"basis must hold at least {n_wanted} modes beyond the constants; it holds {basis.k - first}")
     return first

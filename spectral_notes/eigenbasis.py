@@ -17,6 +17,7 @@ from spectral_notes._checks import FloatArray, as_choice, as_count, as_floats, a
 from spectral_notes.solver import eigensolver
 from spectral_notes.solver.factorization import FACTORS
 
+ZERO = 1e-9  # eigenvalues up to this part of the last one are zero where nobody says how many are
 SIGN_TIE = 1e-6  # entries this close in magnitude count as equal, so that rounding does not choose the sign
 
 
@@ -38,6 +39,9 @@ class Eigenbasis:
     residuals : (k,) array, optional
         |L phi - lambda M phi| of each mode, in the norm of the inverse of M's diagonal, so in units of the eigenvalues;
         NaN where nobody measured it.
+    n_zero : int, optional
+        How many of the first modes are zero modes: one for each connected component, for a Laplacian without held
+        ends. Where nobody says it, eigenvalues up to 1e-9 of the last one count.
 
     Examples
     --------
@@ -51,16 +55,17 @@ class Eigenbasis:
     evecs: FloatArray
     M: sp.csr_array
     residuals: FloatArray | None = None
+    n_zero: int | None = None
 
     def __post_init__(self) -> None:
-        evals = _frozen("evals", self.evals, ("k",))
-        evecs = _frozen("evecs", self.evecs, ("n", len(evals)))
-        measured = np.full(len(evals), np.nan) if self.residuals is None else np.asarray(self.residuals)
-        measured.setflags(write=False)
-        object.__setattr__(self, "evals", evals)
-        object.__setattr__(self, "evecs", evecs)
-        object.__setattr__(self, "M", as_symmetric("M", self.M, len(evecs)))
-        object.__setattr__(self, "residuals", measured)
+        evals = as_floats("evals", self.evals, ("k",))
+        evecs = as_floats("evecs", self.evecs, ("n", len(evals)))
+        M = as_symmetric("M", self.M, len(evecs))
+        measured = np.full(len(evals), np.nan) if self.residuals is None else np.array(self.residuals)
+        n_zero = self.n_zero
+        if n_zero is None:
+            n_zero = int(np.count_nonzero(evals <= ZERO * evals[-1:]))
+        _fill(self, evals, evecs, M, measured, as_count("n_zero", n_zero, 0, len(evals)))
 
     @property
     def k(self) -> int:
@@ -137,7 +142,9 @@ class Eigenbasis:
         """
         k = as_count("k", k, 1, self.k)
         assert self.residuals is not None
-        return Eigenbasis(self.evals[:k], self.evecs[:, :k], self.M, self.residuals[:k])
+        assert self.n_zero is not None
+        evals, evecs = self.evals[:k], self.evecs[:, :k]
+        return _fill(object.__new__(Eigenbasis), evals, evecs, self.M, self.residuals[:k], min(self.n_zero, k))
 
     def orthonormality_error(self) -> float:
         """Return the largest entry of |Phi^T M Phi - I|: zero to rounding after `compute_eigenbasis`.
@@ -181,7 +188,7 @@ def compute_eigenbasis(
     factor : {"auto", "cholespy", "superlu"}
         Which library factors; see `spectral_notes.solver.factorization.factorize`.
     max_bytes : float, optional
-        Memory the basis may take before the work is done in slices of the spectrum; half of what is free if not given.
+        Memory the basis may take before the modes are sought a band at a time; half of what is free if not given.
 
     Returns
     -------
@@ -219,25 +226,25 @@ def compute_eigenbasis(
     factor = as_choice("factor", factor, FACTORS)
     budget = None if max_bytes is None else as_number("max_bytes", max_bytes, above=0.0)
     with threadpool_limits(limits=threads, user_api="blas"), eigensolver.progress_bar(progress) as watch:
-        problem = eigensolver.pose(L, M)
+        problem = eigensolver.pose(L, M, k)
         evecs, again = eigensolver.solve(problem, k, tol=tol, seed=seed, factor=factor, max_bytes=budget, watch=watch)
-        evals, residuals = eigensolver.measure(problem, L, M, evecs, tol, again)
+        evals, residuals, n_zero = eigensolver.measure(problem, L, M, evecs, tol, again)
         if certify:
             eigensolver.certify(L, M, evals, residuals)
     fix_signs(evecs)
-    for array in (evals, evecs):
+    return _fill(object.__new__(Eigenbasis), evals, evecs, M, residuals, n_zero)
+
+
+def _fill(
+    basis: Eigenbasis, evals: FloatArray, evecs: FloatArray, M: sp.csr_array, residuals: FloatArray, n_zero: int
+) -> Eigenbasis:
+    """Give a basis its fields, which are known to be good, read-only; without checking or copying them."""
+    for array in (evals, evecs, residuals):
         array.setflags(write=False)
-    return Eigenbasis(evals, evecs, M, residuals)
-
-
-def _frozen(name: str, array: FloatArray, shape: tuple[int | str, ...]) -> FloatArray:
-    """The array, checked, read-only; one that is read-only float64 already was checked when it was frozen."""
-    if isinstance(array, np.ndarray) and array.dtype == np.float64 and not array.flags.writeable:
-        as_floats(name, array[:1], (min(1, len(array)), *shape[1:]))
-        return array
-    checked = as_floats(name, array, shape)
-    checked.setflags(write=False)
-    return checked
+    fields = {"evals": evals, "evecs": evecs, "M": M, "residuals": residuals, "n_zero": n_zero}
+    for name, value in fields.items():
+        object.__setattr__(basis, name, value)
+    return basis
 
 
 def fix_signs(X: FloatArray) -> None:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import tracemalloc
+
 import numpy as np
 import pytest
 import scipy.sparse as sp
@@ -9,8 +11,11 @@ from scipy.sparse.linalg import eigsh
 from scipy.spatial import ConvexHull
 from threadpoolctl import threadpool_info, threadpool_limits
 
+from spectral_notes import eigenbasis
+from spectral_notes.descriptors import first_nonzero, global_point_signature
 from spectral_notes.eigenbasis import Eigenbasis, compute_eigenbasis, fix_signs
 from spectral_notes.files.eigenbasis_files import read_eigenbasis, read_problem, write_eigenbasis, write_problem
+from spectral_notes.graphs import ring_graph
 from spectral_notes.laplacians import cotan_laplacian, graph_laplacian, interval_laplacian
 from spectral_notes.meshes import TriangleMesh
 from spectral_notes.shapes import sphere
@@ -259,31 +264,120 @@ def test_progress_bar_on_request_only(blob_pair: Pair, capsys: pytest.CaptureFix
 
 
 @pytest.mark.parametrize("mass", ["lumped", "full"])
-def test_slices_agree_when_memory_is_short(mass: str) -> None:
+def test_bands_agree_when_memory_is_short(mass: str) -> None:
     L, M = cotan_laplacian(blob(2500), mass=mass)
     sliced = compute_eigenbasis(L, M, 150, max_bytes=1e6, certify=True)
     assert_eigenbasis(sliced, L, M)
     assert sliced.evals == pytest.approx(compute_eigenbasis(L, M, 150).evals, rel=1e-9, abs=1e-9)
 
 
-def test_slices_are_taken_when_half_of_free_memory_is_too_little(
+def test_bands_are_taken_when_half_of_free_memory_is_too_little(
     blob_pair: Pair, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     class Memory:
         available = 2 * eigensolver.memory_needed(3000, 40) - 1
 
-    taken = []
-    plain = eigensolver.slice_spectrum
+    bands = []
+    plain = eigensolver.block_lanczos
     monkeypatch.setattr(eigensolver.psutil, "virtual_memory", Memory)
-    monkeypatch.setattr(eigensolver, "slice_spectrum", lambda *a, **kw: taken.append(1) or plain(*a, **kw))
+    monkeypatch.setattr(eigensolver, "block_lanczos", lambda *a, **kw: bands.append(a[3]) or plain(*a, **kw))
     compute_eigenbasis(*blob_pair, 40)
-    assert taken
+    assert bands == [38, 1, 4]  # the last one seeks what the others may have missed
     Memory.available += 2
     compute_eigenbasis(*blob_pair, 40)
-    assert len(taken) == 1
+    assert bands == [38, 1, 4, 39]
     Memory.available = 8 * 3000 * 40 - 1
     with pytest.raises(MemoryError, match="40 modes of 3000 samples take 0.0 GB .* python -m spectral_notes.command.distributed"):
         compute_eigenbasis(*blob_pair, 40)
+
+
+def test_memory_of_the_basis_is_what_is_said() -> None:
+    L, M = cotan_laplacian(sphere(5))
+    compute_eigenbasis(L, M, 3)
+    tracemalloc.start()
+    basis = compute_eigenbasis(L, M, 150)
+    kept, peak = tracemalloc.get_traced_memory()
+    tracemalloc.stop()
+    assert basis.evecs.nbytes < kept < 1.3 * basis.evecs.nbytes + 3 * (L.data.nbytes + L.indices.nbytes)
+    assert peak < 2.5 * eigensolver.memory_needed(L.shape[0], 150)  # NumPy counts columns that were never touched
+
+
+def test_loose_faces_and_isolated_nodes_take_no_more_memory_than_the_modes() -> None:
+    corners = np.random.default_rng(0).standard_normal((60_000, 3))
+    pairs = [
+        cotan_laplacian(TriangleMesh(corners, np.arange(60_000).reshape(-1, 3))),
+        graph_laplacian(sp.csr_array((20_000, 20_000))),
+    ]
+    for L, M in pairs:
+        tracemalloc.start()
+        basis = compute_eigenbasis(L, M, 10)
+        _, peak = tracemalloc.get_traced_memory()
+        tracemalloc.stop()
+        assert (basis.evals == 0).all()
+        assert basis.n_zero == 10
+        assert basis.orthonormality_error() < 1e-12
+        assert peak < 20 * basis.evecs.nbytes
+
+
+def test_isolated_nodes_beside_a_graph() -> None:
+    ring = ring_graph(500)
+    L, M = graph_laplacian(sp.csr_array(sp.block_diag([ring, sp.csr_array((300, 300))])))
+    basis = compute_eigenbasis(L, M, 305)
+    assert basis.n_zero == 301
+    assert basis.evals[301:] == pytest.approx(2 - 2 * np.cos(2 * np.pi * np.array([1, 1, 2, 2]) / 500), rel=1e-9)
+
+
+@pytest.mark.parametrize("link", [1e-3, 1e-9, 1e-14, 1e-30])
+@pytest.mark.parametrize("n", [40, 600])
+def test_a_weak_link_is_no_zero_mode(n: int, link: float) -> None:
+    W = sp.lil_array(sp.block_diag([ring_graph(n), ring_graph(n)]))
+    W[0, n] = W[n, 0] = link
+    basis = compute_eigenbasis(*graph_laplacian(sp.csr_array(W)), 4)
+    assert basis.n_zero == first_nonzero(basis, 1) == 1
+    assert basis.evals[0] == 0.0
+    parts = basis.evecs[:, 1] > 0
+    assert set(parts[:n]) ^ set(parts[n:]) == {True, False}
+    if 1e-14 <= link <= 1e-9:
+        assert basis.evals[1] == pytest.approx(2 * link / n, rel=1e-3)  # link (2 c)^2, where c^2 2 n = 1
+    gps = global_point_signature(basis)
+    assert np.isfinite(gps).all()
+
+
+def test_zero_modes_are_counted_where_constants_are_none() -> None:
+    W = ring_graph(60) + sp.csr_array(sp.coo_array(([3.0, 3.0], ([0, 30], [30, 0])), shape=(60, 60)))
+    L, M = graph_laplacian(W)
+    d = 1 / np.sqrt(L.diagonal())
+    normalised = sp.csr_array(sp.diags_array(d) @ L @ sp.diags_array(d))
+    assert compute_eigenbasis(normalised, M, 5).n_zero == 1
+    held = sp.csr_array(L + sp.diags_array(np.eye(60)[0]))
+    assert compute_eigenbasis(held, M, 5).n_zero == 0
+
+
+def test_a_basis_made_by_hand_is_checked_and_its_own() -> None:
+    evecs = np.eye(3)
+    evecs[1, 1] = np.nan
+    evecs.setflags(write=False)
+    with pytest.raises(ValueError, match=r"evecs must hold finite numbers; found nan at index \(1, 1\)"):
+        Eigenbasis(np.arange(3.0), evecs, sp.csr_array(np.eye(3)))
+    with pytest.raises(ValueError, match="n_zero must be between 0 and 3; got 4"):
+        Eigenbasis(np.arange(3.0), np.eye(3), sp.csr_array(np.eye(3)), n_zero=4)
+    mine = np.array([0.0, 1e-12, 1.0])
+    basis = Eigenbasis(mine, np.eye(3), sp.csr_array(np.eye(3)))
+    mine[:] = 7.0
+    assert basis.evals.tolist() == [0.0, 1e-12, 1.0]
+    assert basis.n_zero == 2
+    assert basis.truncate(1).n_zero == 1
+    assert basis.residuals is not None and np.isnan(basis.residuals).all()
+
+
+def test_matrices_are_checked_once(blob_pair: Pair, monkeypatch: pytest.MonkeyPatch) -> None:
+    seen = []
+    plain = eigenbasis.as_symmetric
+    monkeypatch.setattr(eigenbasis, "as_symmetric", lambda name, *a: seen.append(name) or plain(name, *a))
+    basis = compute_eigenbasis(*blob_pair, 3)
+    basis.truncate(2)
+    assert seen == ["L", "M"]
+    assert basis.M is not blob_pair[1]
 
 
 def test_certificate_notices_a_missing_mode(blob_pair: Pair) -> None:
@@ -383,7 +477,7 @@ def test_mass_must_be_positive(blob_pair: Pair, bad: float) -> None:
 
 def test_large_residuals_are_refused(blob_pair: Pair) -> None:
     L, M = blob_pair
-    problem = eigensolver.pose(L, M)
+    problem = eigensolver.pose(L, M, 5)
     X = np.array(compute_eigenbasis(L, M, 5).evecs)
     X[3] *= 1.5
     with pytest.raises(ArithmeticError, match="a mode has the residual .*: try robust_mesh_laplacian"):

@@ -63,8 +63,10 @@ def main(arguments: list[str] | None = None) -> None:
         parser.error(f"k must be between 1 and {n}; got {options.k}")
     evals, evecs, residuals = solve(slepc, petsc, problem, options.k, options.tol, options.solver)
     if rank == 0:
+        closed = min(int(problem["component"].max()) + 1, options.k)
+        known = {"n_zero": closed} if closed else {}  # a null vector that is no constant is not counted here
         mass = {name: array for name, array in problem.items() if name.startswith("M_")}
-        np.savez(options.basis, evals=evals, evecs=evecs, residuals=residuals, **mass)
+        np.savez(options.basis, evals=evals, evecs=evecs, residuals=residuals, **known, **mass)
 
 
 def solve(
@@ -87,9 +89,8 @@ def solve(
     """
     n = len(problem["L_indptr"]) - 1
     L, M = _distribute(petsc, problem, "L"), _distribute(petsc, problem, "M")
-    zero = problem["zero"][:, :k]
-    c = zero.shape[1]
-    known = [_vector(L, column) for column in zero.T]
+    known = [_vector(L, column) for column in _zero_modes(problem, k)]
+    c = len(known)
     pairs = [(0.0, vector, 0.0) for vector in known]
     eps = _configure(slepc, petsc, L, M, tol, solver, -0.1 * float(problem["spacing"]))
     wanted = k - c
@@ -101,6 +102,14 @@ def solve(
     evals, vectors, residuals = zip(*pairs[:k], strict=True)
     columns = [_gather(petsc, vector) for vector in vectors]
     return np.array(evals), np.array(columns).T, np.array(residuals)
+
+
+def _zero_modes(problem: dict[str, Any], k: int) -> list[np.ndarray]:
+    """The constants of the first k components on which L annihilates them, M-normalised."""
+    component = problem["component"]
+    masses = np.add.reduceat(problem["M_data"], problem["M_indptr"][:-1])  # of rows, each has its diagonal entry
+    parts = [component == i for i in range(min(int(component.max()) + 1, k))]
+    return [part / np.sqrt(masses[part].sum()) for part in parts]
 
 
 def _solve_beside(eps: Any, L: Any, M: Any, known: list[Any], wanted: int) -> list[tuple[float, Any, float]]:

@@ -274,5 +274,5 @@ def check_memory(n_vertices: int, k: int) -> Finding:
         fewer = "ask for fewer modes, simplify the mesh, or spread the work: see the page on large meshes"
         return Finding("memory", "broken", says, fewer)
     if needed > free / 2:
-        return Finding("memory", "note", says, "the work will be done in slices of the spectrum, which takes longer")
+        return Finding("memory", "note", says, "the modes will be found a band at a time, which takes longer")
     return Finding("memory", "ok", says)

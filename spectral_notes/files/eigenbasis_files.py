@@ -14,7 +14,7 @@ import scipy.sparse as sp
 from spectral_notes._checks import FloatArray, as_symmetric
 from spectral_notes._whole import write_whole
 from spectral_notes.eigenbasis import Eigenbasis, fix_signs
-from spectral_notes.solver.eigensolver import pose
+from spectral_notes.solver.eigensolver import closed_components, pose
 
 
 def write_problem(path: str | Path, L: sp.csr_array, M: sp.csr_array) -> None:
@@ -37,8 +37,8 @@ def write_problem(path: str | Path, L: sp.csr_array, M: sp.csr_array) -> None:
     """
     L = as_symmetric("L", L)
     M = as_symmetric("M", M, L.shape[0])
-    problem = pose(L, M)
-    arrays = {"zero": problem.zero * problem.scale, "spacing": np.array(problem.spacing)}
+    problem = pose(L, M, 1)
+    arrays = {"component": closed_components(L), "spacing": np.array(problem.spacing)}
     _save(path, arrays | _parts("L", L) | _parts("M", M))
 
 
@@ -81,7 +81,8 @@ def write_eigenbasis(path: str | Path, basis: Eigenbasis) -> None:
     >>> bool((again.evecs == basis.evecs).all())
     True
     """
-    arrays = {"evals": basis.evals, "evecs": basis.evecs, "residuals": np.asarray(basis.residuals)}
+    arrays = {"evals": basis.evals, "evecs": basis.evecs, "residuals": np.asarray(basis.residuals),
+              "n_zero": np.array(basis.n_zero)}  # fmt: skip
     _save(path, arrays | _parts("M", basis.M))
 
 
@@ -105,7 +106,8 @@ def read_eigenbasis(path: str | Path) -> Eigenbasis:
         _need(path, file, ("evals", "evecs", "residuals", "M_data", "M_indices", "M_indptr"))
         evecs = file["evecs"]
         fix_signs(evecs)
-        return Eigenbasis(file["evals"], evecs, _matrix("M", file), file["residuals"])
+        n_zero = int(file["n_zero"]) if "n_zero" in file else None
+        return Eigenbasis(file["evals"], evecs, _matrix("M", file), file["residuals"], n_zero)
 
 
 def _npz(path: str | Path) -> Path:

@@ -7,6 +7,8 @@ from spectral_notes.matching.map_fitting import (
     rotations,
 )
 from spectral_notes.matching.map_refinement import bijective_zoomout, icp, zoomout
+from spectral_notes.matching.map_sets import consistent_maps, cycle_error, shared_embedding, shared_functions
+from spectral_notes.matching.partial_maps import PartMatch, cut_mesh, match_part
 from spectral_notes.matching.point_maps import (
     geodesic_errors,
     orientation_score,
@@ -18,6 +20,13 @@ __all__ = [
     "ShapeMatch",
     "match_shapes",
     "isometry_defect",
+    "PartMatch",
+    "match_part",
+    "cut_mesh",
+    "shared_functions",
+    "shared_embedding",
+    "consistent_maps",
+    "cycle_error",
     "point_descriptors",
     "multiplications",
     "rotations",

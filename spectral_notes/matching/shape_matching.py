@@ -6,6 +6,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, replace
 
 import numpy as np
+import scipy.sparse as sp
 from numpy.typing import ArrayLike
 from scipy.spatial import cKDTree
 
@@ -19,8 +20,11 @@ from spectral_notes.matching.map_refinement import bijective_zoomout, sample_ver
 from spectral_notes.matching.map_search import Candidate, candidate_maps, view
 from spectral_notes.matching.point_maps import orientation_score, precise_map
 from spectral_notes.mesh_calculus import surface_weights
-from spectral_notes.meshes import TriangleMesh, boundary_loops, connected_components
+from spectral_notes.meshes import TriangleMesh, connected_components
 from spectral_notes.shapes.resampling import coarse_copy
+
+Meshes = tuple[TriangleMesh, TriangleMesh]
+Bases = tuple[Eigenbasis, Eigenbasis]
 
 N_VIEWED = 400  # samples that the search sees
 N_TRIED = 4  # candidates that are refined before they are compared
@@ -32,9 +36,9 @@ STEP = 20  # modes more in each round after that, with all vertices
 NEAR = 0.1  # images this close, in square roots of the area, count as the same place
 LIGHT = 5000  # vertices of the copies that `fast` matches
 HEIGHT_WEIGHT = 1.0  # of the height along `up` among what points look like
-CLOSE = 0.11  # ranks this close to the best count as rivals
-MIRRORED = 0.04  # how far above the best a mirror image must rank to count
-WEIGHTS = {"bias": -4.0, "upside down": 20.0, "defect": 4.0, "rival": 150.0, "mirrored": 150.0}  # of the doubt
+BIAS = -4.0  # of the doubt, when no clue speaks
+CLUES = {"upside down": (20.0, 0.0), "defect": (4.0, 0.0), "rival": (150.0, -0.11), "mirrored": (150.0, 0.04)}
+# the weight of each clue in the doubt, and from where on it counts
 
 
 @dataclass(frozen=True, eq=False)
@@ -54,8 +58,8 @@ class ShapeMatch:
     reason : str
         Why the map may be wrong, where that is more likely than not; else empty.
     clues : dict of str to float
-        What the doubt was computed from: the share of the area upside down, the defect from an isometry, and how close
-        the best map that leads elsewhere comes, right side up or mirrored.
+        What the doubt was computed from: the share of the area upside down, the defect from an isometry, and how far
+        the best map that leads elsewhere ranks above this one, right side up or mirrored (-1 if there is none).
     basis_1, basis_2 : Eigenbasis
         The modes of both shapes, each scaled to area one.
     """
@@ -131,7 +135,7 @@ def match_shapes(
     Ren et al., "MapTree" (2020), and Ren et al. (2018) for operators that know the orientation; Melzi et al., "ZoomOut"
     (2019); Ezuz and Ben-Chen (2017).
     """
-    pairs = _landmark_pairs(mesh_1, mesh_2, landmarks)
+    pairs = landmark_pairs(mesh_1, mesh_2, landmarks)
     k = as_count("k", k, 8, min(mesh_1.n_vertices, mesh_2.n_vertices))
     n_samples = min(as_count("n_samples", n_samples, COARSE), mesh_1.n_vertices, mesh_2.n_vertices)
     meshes = outward(mesh_1), outward(mesh_2)
@@ -140,22 +144,7 @@ def match_shapes(
         return _match_copies(meshes, pairs, k, n_samples, up, bases)
     both = _bases(*meshes, k, bases)
     samples = sample_vertices(meshes[0], n_samples), sample_vertices(meshes[1], n_samples)
-    views = [view(both[i], samples[i][:N_VIEWED], pairs[:, i], hints[i]) for i in (0, 1)]
-    found = candidate_maps(views[0], views[1])
-    upright = [orientation_score(*meshes, point_map(*both, candidate.C_12)) > 0.5 for candidate in found]
-    ends = [
-        _refined(meshes, both, samples, candidate, pairs, right)
-        for right, n in ((True, N_TRIED), (False, 1))
-        for candidate in [one for one, up in zip(found, upright, strict=True) if up == right][:n]
-    ]
-    best = max(ends, key=lambda end: (end.is_upright, end.rank))
-    C_12 = zoomout(*both, best.C_12, k=k, step=STEP)
-    C_12 = functional_map(*both, precise_map(meshes[0], *both, C_12))
-    p2p_21 = point_map(*both, C_12)
-    score = orientation_score(*meshes, p2p_21)
-    far = [end for end in ends if end is not best and _elsewhere(meshes[0], both[1], best, end)]
-    clues = _clues(score, isometry_defect(C_12), best, far)
-    return ShapeMatch(C_12, p2p_21, score, *doubt_of(clues), clues, *both)
+    return best_match(meshes, both, refined_candidates(meshes, both, samples, pairs, hints), k)
 
 
 def isometry_defect(C_12: ArrayLike) -> float:
@@ -192,22 +181,23 @@ def outward(mesh: TriangleMesh) -> TriangleMesh:
 
     What is mostly hole, such as a height field, has no inside, and stays as it is.
     """
-    centred = mesh.vertices - mesh.vertices.mean(axis=0)
-    volume, gaps = np.linalg.det(centred[mesh.faces]).sum() / 6.0, 0.0
-    for loop in boundary_loops(mesh):
-        rim, following = centred[loop], centred[np.roll(loop, -1)]
-        middle = rim.mean(axis=0)
-        volume -= np.linalg.det(np.stack([rim, following, np.broadcast_to(middle, rim.shape)], axis=1)).sum() / 6.0
-        gaps += np.linalg.norm(np.cross(rim - middle, following - middle), axis=1).sum() / 2.0
+    centred, n = mesh.vertices - mesh.vertices.mean(axis=0), mesh.n_vertices
+    sides = np.vstack([mesh.faces[:, [c, (c + 1) % 3]] for c in range(3)])
+    rim = sides[~np.isin(sides[:, 0] * n + sides[:, 1], sides[:, 1] * n + sides[:, 0])]  # directed, without a twin
+    holes = sp.csgraph.connected_components(sp.csr_array((np.ones(len(rim)), rim.T), shape=(n, n)), directed=False)[1]
+    held = np.maximum(np.bincount(holes[rim[:, 0]], minlength=n), 1)
+    middles = np.column_stack([np.bincount(holes[rim[:, 0]], x, n) / held for x in centred[rim[:, 0]].T])
+    caps = np.stack([centred[rim[:, 1]], centred[rim[:, 0]], middles[holes[rim[:, 0]]]], axis=1)  # turned to close up
+    volume = np.linalg.det(np.vstack([centred[mesh.faces], caps])).sum()
+    gaps = np.linalg.norm(np.cross(caps[:, 1] - caps[:, 0], caps[:, 2] - caps[:, 0]), axis=1).sum() / 2.0
     if volume >= 0.0 or gaps > 0.2 * mesh.area:
         return mesh
     return TriangleMesh(mesh.vertices, mesh.faces[:, ::-1], mesh.name)
 
 
 def _match_copies(
-    meshes: tuple[TriangleMesh, TriangleMesh], pairs: IntArray, k: int, n_samples: int, up: ArrayLike | None,
-    bases: tuple[Eigenbasis, Eigenbasis] | None,
-) -> ShapeMatch:  # fmt: skip
+    meshes: Meshes, pairs: IntArray, k: int, n_samples: int, up: ArrayLike | None, bases: Bases | None
+) -> ShapeMatch:
     """The map of light copies, carried over to the meshes through the surface of the second copy."""
     copies = coarse_copy(meshes[0], LIGHT)[0], coarse_copy(meshes[1], LIGHT)[0]
     onto = [surface_weights(mesh.vertices, copy) for mesh, copy in zip(meshes, copies, strict=True)]
@@ -220,7 +210,7 @@ def _match_copies(
     return replace(light, C_12=functional_map(*both, p2p_21), p2p_21=p2p_21, basis_1=both[0], basis_2=both[1])
 
 
-def _landmark_pairs(mesh_1: TriangleMesh, mesh_2: TriangleMesh, landmarks: ArrayLike) -> IntArray:
+def landmark_pairs(mesh_1: TriangleMesh, mesh_2: TriangleMesh, landmarks: ArrayLike) -> IntArray:
     """The landmarks as pairs, both shapes connected."""
     pairs = np.asarray(landmarks)
     if not pairs.size:
@@ -246,8 +236,8 @@ def _heights(mesh: TriangleMesh, up: ArrayLike | None) -> FloatArray:
 
 
 def _bases(
-    mesh_1: TriangleMesh, mesh_2: TriangleMesh, k: int, bases: tuple[Eigenbasis, Eigenbasis] | None
-) -> tuple[Eigenbasis, Eigenbasis]:
+    mesh_1: TriangleMesh, mesh_2: TriangleMesh, k: int, bases: Bases | None
+) -> Bases:
     """The first k modes of both shapes, scaled to area one."""
     if bases is None:
         bases = compute_eigenbasis(*cotan_laplacian(mesh_1), k), compute_eigenbasis(*cotan_laplacian(mesh_2), k)
@@ -259,7 +249,7 @@ def _bases(
 
 
 @dataclass(frozen=True, eq=False)
-class _End:
+class Refined:
     """Hold a candidate after refinement on samples, ranked: area on its own side, less defect, less log misfit / 4."""
 
     C_12: FloatArray
@@ -268,17 +258,43 @@ class _End:
     is_upright: bool
 
 
+def refined_candidates(
+    meshes: Meshes, bases: Bases, samples: tuple[IntArray, IntArray], pairs: IntArray, hints: list[FloatArray]
+) -> list[Refined]:
+    """The candidates with the least misfit: N_TRIED right side up, and one mirrored, if there are any."""
+    views = [view(bases[i], samples[i][:N_VIEWED], pairs[:, i], hints[i]) for i in (0, 1)]
+    found = candidate_maps(views[0], views[1])
+    upright = [orientation_score(*meshes, point_map(*bases, candidate.C_12)) > 0.5 for candidate in found]
+    return [
+        _refined(meshes, bases, samples, candidate, pairs, right)
+        for right, n in ((True, N_TRIED), (False, 1))
+        for candidate in [one for one, up in zip(found, upright, strict=True) if up == right][:n]
+    ]
+
+
+def best_match(meshes: Meshes, bases: Bases, ends: list[Refined], k: int) -> ShapeMatch:
+    """The first by rank, refined to k modes with all vertices and by a precise map, with its doubt."""
+    best = max(ends, key=lambda end: (end.is_upright, end.rank))
+    C_12 = zoomout(*bases, best.C_12, k=k, step=STEP)
+    C_12 = functional_map(*bases, precise_map(meshes[0], *bases, C_12))
+    p2p_21 = point_map(*bases, C_12)
+    score = orientation_score(*meshes, p2p_21)
+    far = [end for end in ends if end is not best and _elsewhere(meshes[0], bases[1], best, end)]
+    clues = _clues(score, isometry_defect(C_12), best, far)
+    return ShapeMatch(C_12, p2p_21, score, *doubt_of(clues), clues, *bases)
+
+
 def _refined(
-    meshes: tuple[TriangleMesh, TriangleMesh], bases: tuple[Eigenbasis, Eigenbasis], samples: tuple[IntArray, IntArray],
-    candidate: Candidate, pairs: IntArray, is_upright: bool,
-) -> _End:  # fmt: skip
+    meshes: Meshes, bases: Bases, samples: tuple[IntArray, IntArray], candidate: Candidate, pairs: IntArray,
+    is_upright: bool,
+) -> Refined:  # fmt: skip
     """A candidate fitted with orientation and refined to COARSE modes; one that is upside down as a mirror image."""
     one, two = meshes if is_upright else (meshes[0], TriangleMesh(meshes[1].vertices, meshes[1].faces[:, ::-1]))
     C = _refit(one, two, *bases, candidate.C_12, pairs)
     C, _ = bijective_zoomout(*bases, C, C.T, k=max(len(C), min(COARSE, bases[0].k)), samples=samples)
     p2p_21 = point_map(*bases, C)
     rank = orientation_score(one, two, p2p_21) - isometry_defect(C) - 0.25 * np.log(max(candidate.misfit, 0.0) + 1e-9)
-    return _End(C, p2p_21, float(rank), is_upright)
+    return Refined(C, p2p_21, float(rank), is_upright)
 
 
 def _refit(
@@ -299,24 +315,23 @@ def _refit(
     return fit_functional_map(few_1, few_2, f_1, f_2, operators=list(zip(operators_1, operators_2, strict=True)))
 
 
-def _elsewhere(mesh_1: TriangleMesh, basis_2: Eigenbasis, one: _End, other: _End) -> bool:
+def _elsewhere(mesh_1: TriangleMesh, basis_2: Eigenbasis, one: Refined, other: Refined) -> bool:
     """Whether two maps send more than a twentieth of shape 2's area to places that are not near."""
     gaps = np.linalg.norm(mesh_1.vertices[one.p2p_21] - mesh_1.vertices[other.p2p_21], axis=1) / np.sqrt(mesh_1.area)
     return bool(basis_2.M.sum(axis=1)[gaps > NEAR].sum() > 0.05)
 
 
-def _clues(score: float, defect: float, best: _End, others: list[_End]) -> dict[str, float]:
-    """What speaks against a map, each clue from 0 up."""
-    rival = max((end.rank - best.rank for end in others if end.is_upright), default=-1.0)
-    mirrored = max((end.rank - best.rank for end in others if not end.is_upright), default=-1.0)
-    return {"upside down": 1.0 - score, "defect": defect,
-            "rival": max(rival + CLOSE, 0.0), "mirrored": max(mirrored - MIRRORED, 0.0)}  # fmt: skip
+def _clues(score: float, defect: float, best: Refined, others: list[Refined]) -> dict[str, float]:
+    """What speaks against a map: shares, and how far others rank above it (-1 if there are none)."""
+    above = {up: max((one.rank - best.rank for one in others if one.is_upright == up), default=-1.0)
+             for up in (True, False)}  # fmt: skip
+    return {"upside down": 1.0 - score, "defect": defect, "rival": above[True], "mirrored": above[False]}
 
 
 def doubt_of(clues: Mapping[str, float]) -> tuple[float, str]:
     """How likely a map is wrong, by a logistic function of the clues; and the one that weighs most, in words."""
-    parts = {name: WEIGHTS[name] * clue for name, clue in clues.items()}
-    doubt = 1.0 / (1.0 + np.exp(-WEIGHTS["bias"] - sum(parts.values())))
+    parts = {name: weight * max(clues[name] - start, 0.0) for name, (weight, start) in CLUES.items()}
+    doubt = 1.0 / (1.0 + np.exp(-BIAS - sum(parts.values())))
     words = {
         "upside down": f"{clues['upside down']:.0%} of the area lands upside down: a part of the map is mirrored, or "
                        "the shapes differ",

@@ -1,4 +1,4 @@
-"""The engine of `compute_eigenbasis`: block Lanczos on one factor, certificates, slices, and SLEPc past one machine."""
+"""The engine of `compute_eigenbasis`: block Lanczos on one factor, certificates, bands, and SLEPc past one machine."""
 
 from spectral_notes.solver.eigensolver import memory_needed
 from spectral_notes.solver.factorization import count_below, factor_in_use

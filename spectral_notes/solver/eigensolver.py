@@ -11,6 +11,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
+from itertools import count
 
 import numpy as np
 import psutil
@@ -18,15 +19,16 @@ import scipy.linalg
 import scipy.sparse as sp
 from scipy.linalg.blas import dtrsm
 
-from spectral_notes._checks import Failure, FloatArray
+from spectral_notes._checks import Failure, FloatArray, IntArray
 from spectral_notes.solver.factorization import Solve, count_below, factorize
 from spectral_notes.solver.lanczos import Watch, block_lanczos, gram
-from spectral_notes.solver.slicing import slice_spectrum
 
 DENSE_BELOW = 400  # samples below which LAPACK's dense solver is faster
 DENSE_SHARE = 4  # so it is when more than one mode in four is wanted
 EPS = float(np.finfo(np.float64).eps)
 SHIFT = 0.1  # of the largest wanted eigenvalue
+CLOSED = 64 * EPS  # a row of L sums to zero up to this part of its entries
+SMALLEST_BAND = 32  # modes, however little memory is free
 
 
 @dataclass(frozen=True, eq=False)
@@ -39,7 +41,7 @@ class Problem:
     A: sp.csr_array
     B: sp.csr_array | None
     scale: FloatArray  # (n, 1)
-    zero: FloatArray  # (n, c), orthonormal in B
+    zero: FloatArray  # (n, c), c <= k, orthonormal in B
 
     @property
     def spacing(self) -> float:
@@ -53,14 +55,8 @@ class Problem:
         return sp.csr_array(self.A + shift * B)
 
 
-def pose(L: sp.csr_array, M: sp.csr_array) -> Problem:
-    """Return the problem in the form that is solved, with one exact zero mode for each closed component.
-
-    Raises
-    ------
-    ValueError
-        If M has an entry on its diagonal that is not positive.
-    """
+def pose(L: sp.csr_array, M: sp.csr_array, k: int) -> Problem:
+    """Return the problem in the form that is solved, with an exact zero mode for each closed component, k at most."""
     mass = M.diagonal()
     if mass.min() <= 0:
         vertex = int(np.argmin(mass))
@@ -69,12 +65,12 @@ def pose(L: sp.csr_array, M: sp.csr_array) -> Problem:
             "is it a vertex that no face uses (clean_mesh removes it)?"
         )
     lumped = sp.csr_array(sp.diags_array(mass))
+    zero = zero_modes(closed_components(L), M, k)
     if abs(M - lumped).nnz:
-        scale = np.ones((len(mass), 1))
-        return Problem(L, M, scale, _zero_modes(L, M, scale))
+        return Problem(L, M, np.ones((len(mass), 1)), zero)
     scale = 1.0 / np.sqrt(mass)[:, None]
-    A = sp.csr_array(L.multiply(scale).multiply(scale.T))
-    return Problem(A, None, scale, _zero_modes(L, M, scale))
+    zero /= scale
+    return Problem(sp.csr_array(L.multiply(scale).multiply(scale.T)), None, scale, zero)
 
 
 def solve(
@@ -87,21 +83,18 @@ def solve(
     n, c = problem.zero.shape
     again: Solve | None = None
     free = float(psutil.virtual_memory().available)
-    needed = memory_needed(n, k, c)
+    budget = free / 2 if max_bytes is None else max_bytes
     if 8 * n * k > free:
         raise MemoryError(
             f"{k} modes of {n} samples take {8 * n * k / 1e9:.1f} GB and {free / 1e9:.1f} GB are free: "
             "ask for fewer modes, or spread them over machines with python -m spectral_notes.command.distributed"
         )
-    if c >= k:
-        vectors = problem.zero[:, :k].copy()
-    elif n < DENSE_BELOW or DENSE_SHARE * k > n:
+    if c == k:
+        vectors = problem.zero.copy(order="F")
+    elif n < DENSE_BELOW or (DENSE_SHARE * k > n and 24.0 * n * n < budget):
         vectors = _dense(problem, k)
-    elif needed > (free / 2 if max_bytes is None else max_bytes):
-        B = sp.eye_array(n, format="csr") if problem.B is None else problem.B
-        vectors = slice_spectrum(problem.A, B, problem.zero, k, problem.spacing, tol=tol, seed=seed, watch=watch)
     else:
-        vectors, again = _iterate(problem, k, tol, seed, factor, watch)
+        vectors, again = _iterate(problem, k, tol, seed, factor, budget, watch)
     vectors *= problem.scale
     return vectors, again
 
@@ -114,24 +107,16 @@ def memory_needed(n: int, k: int, zero: int = 1) -> float:
     >>> memory_needed(1_000_000, 100) / 1e9
     3.024
     """
-    block = _block_size(k)
-    return 8.0 * n * (zero + 3 * max(k - zero, 0) + 20 * block)
+    return 8.0 * n * (zero + 3 * max(k - zero, 0) + 20 * _block_size(k))
 
 
 def measure(
     problem: Problem, L: sp.csr_array, M: sp.csr_array, evecs: FloatArray, tol: float, again: Solve | None = None
-) -> tuple[FloatArray, FloatArray]:
-    """Return the Rayleigh quotients of M-normalised modes, ascending, and residuals; put the columns in order.
+) -> tuple[FloatArray, FloatArray, int]:
+    """Return eigenvalues, ascending, and residuals of M-normalised modes, and how many are zero; order the columns.
 
     At a sliver L is huge, and the last digit of a mode shows in its residual. One more solve takes that away, where the
-    factor is given and the residuals ask for it.
-
-    Raises
-    ------
-    ValueError
-        If an eigenvalue is negative beyond rounding.
-    ArithmeticError
-        If a residual is larger than asked for and than rounding explains.
+    factor is given and the residuals ask for it. Where no zero mode is known, those that rounding hides count.
     """
     evals, errors = _residuals(problem, L, M, evecs)
     if again is not None and errors.max() > tol * evals.max():
@@ -145,37 +130,58 @@ def measure(
         raise Failure(
             f"a mode has the residual {errors.max():.2g}, more than {allowed:.2g}: try $robust"
         )
+    c = problem.zero.shape[1]
+    if c:
+        _read_off_differences(L, evecs, evals, c + np.flatnonzero(evals[c:] <= rounding))
+    np.maximum(evals, 0.0, out=evals)
     if (np.diff(evals) < 0).any():
         order = np.argsort(evals, kind="stable")
         evals, errors = evals[order], errors[order]
         for start in range(0, len(evecs), 8192):
             evecs[start : start + 8192] = evecs[start : start + 8192, order]
-    return evals, errors
+    return evals, errors, c or int(np.count_nonzero(evals <= rounding))
+
+
+def _read_off_differences(L: sp.csr_array, evecs: FloatArray, evals: FloatArray, modes: IntArray) -> None:
+    """Write the Rayleigh quotients of some modes anew, without cancellation: sum of -L_ij (x_i - x_j)^2 and the rest.
+
+    So a weak link between two parts has its own small eigenvalue, not the rounding of a large one.
+    """
+    if len(modes):
+        upper, rest = sp.coo_array(sp.triu(L, 1)), np.asarray(L.sum(axis=1))
+        rest[abs(rest) <= CLOSED * np.asarray(abs(L).sum(axis=1))] = 0.0
+        for mode in modes:
+            x = evecs[:, mode]
+            evals[mode] = rest @ x**2 - upper.data @ (x[upper.row] - x[upper.col]) ** 2
 
 
 def _residuals(problem: Problem, L: sp.csr_array, M: sp.csr_array, evecs: FloatArray) -> tuple[FloatArray, FloatArray]:
     """Rayleigh quotients, exactly zero for the zero modes, and norms of L X - lambda M X."""
     k = evecs.shape[1]
+    mass = M.diagonal()[:, None]
     evals, errors = np.zeros(k), np.zeros(k)
     for start in range(0, k, 16):
         part = slice(start, start + 16)
-        X = evecs[:, part]
-        gap, MX = np.asarray(L @ X), np.asarray(M @ X)
+        X = np.ascontiguousarray(evecs[:, part])
+        gap = np.asarray(L @ X)
         evals[part] = np.einsum("ij,ij->j", X, gap)
         evals[: problem.zero.shape[1]] = 0.0
-        gap -= MX * evals[part]
-        errors[part] = np.sqrt(np.einsum("ij,ij,i->j", gap, gap, 1.0 / M.diagonal()))
+        gap -= (mass * X if problem.B is None else np.asarray(M @ X)) * evals[part]
+        errors[part] = np.sqrt((gap * gap / mass).sum(axis=0))
     return evals, errors
 
 
 def _solve_again(problem: Problem, evecs: FloatArray, again: Solve) -> None:
     """Apply the operator once more to the modes beside the zero modes, in place, and make them orthonormal again."""
-    c = problem.zero.shape[1]
-    Y = evecs[:, c:] / problem.scale
-    Y = np.asfortranarray(again(Y if problem.B is None else np.asarray(problem.B @ Y)))
-    Y -= problem.zero @ (problem.zero.T @ (Y if problem.B is None else np.asarray(problem.B @ Y)))
-    R = scipy.linalg.cholesky(gram(Y, problem.B))
-    evecs[:, c:] = dtrsm(1.0, R, Y, side=1, overwrite_b=1) * problem.scale
+    Z, B = problem.zero, problem.B
+    Y = evecs[:, Z.shape[1] :]
+    Y /= problem.scale
+    for start in range(0, Y.shape[1], 16):
+        part = slice(start, start + 16)
+        Y[:, part] = again(Y[:, part] if B is None else np.asarray(B @ Y[:, part]))
+        Y[:, part] -= Z @ (Z.T @ (Y[:, part] if B is None else np.asarray(B @ Y[:, part])))
+    dtrsm(1.0, scipy.linalg.cholesky(gram(Y, B)), Y, side=1, overwrite_b=1)
+    Y *= problem.scale
 
 
 def certify(L: sp.csr_array, M: sp.csr_array, evals: FloatArray, errors: FloatArray) -> None:
@@ -223,30 +229,59 @@ def progress_bar(shown: bool) -> Iterator[Watch | None]:
 
 
 def _iterate(
-    problem: Problem, k: int, tol: float, seed: int, factor: str, watch: Watch | None
+    problem: Problem, k: int, tol: float, seed: int, factor: str, budget: float, watch: Watch | None
 ) -> tuple[FloatArray, Solve]:
-    """The modes by block Lanczos on one factor, and that factor.
+    """The modes by block Lanczos on one factor, a band at a time, and that factor.
 
-    Two guesses are tested on the result. The block must be wider than any eigenvalue is multiple, or copies are missed.
-    The shift must be small beside the largest wanted eigenvalue, as Weyl's law promises on surfaces and not on curves.
+    All modes are one band where memory allows; else each band is sought beside the modes that are there. Two guesses
+    are tested on the result. The shift must be small beside the largest wanted eigenvalue, as Weyl's law promises on
+    surfaces and not on curves. And a block finds at most as many copies of an eigenvalue as it has columns: where it
+    may have missed some, and after bands, more modes are sought until none comes before the last.
     """
     n, c = problem.zero.shape
-    shift, solver = SHIFT * k * problem.spacing, None
     block = _block_size(k)
-    while True:
+    most = budget / (8.0 * n) - k - 20 * block
+    band = min(k - c, max(int(most / 2), SMALLEST_BAND))
+    columns = np.empty((min((c + 6 * band if band == k - c else k + 2 * band) + 12 * block, n), n))
+    columns[:c] = problem.zero.T
+    shift, solver = SHIFT * k * problem.spacing, None
+    values = np.full(c, 1.0 / shift)
+    while len(values) < k:
         solver = solver or factorize(problem.shifted(shift), factor=factor)
-        values, vectors = block_lanczos(
-            solver, problem.zero, np.full(c, 1.0 / shift), k - c, M=problem.B,
-            capacity=min(c + 6 * (k - c) + 10 * block, n - block), block=block, tol=tol, seed=seed, watch=watch,
-            enough=0.5 / shift,
-        )
-        largest = 1.0 / float(values[-1]) - shift
-        if EPS * float(problem.A.diagonal().max()) < largest < shift:
+        share = min(len(values) + band, k) / k
+        found = block_lanczos(
+            solver, columns, values, min(band, k - len(values)), M=problem.B, block=block, tol=tol, watch=watch,
+            seed=seed + len(values), enough=1.0 / (shift + share * shift), doubt=0.0 if len(values) == c else tol,
+        )  # fmt: skip
+        largest = (1.0 / float(found[-1]) - shift) / share
+        if len(values) == c and EPS * float(problem.A.diagonal().max()) < largest < shift:
             shift, solver = SHIFT * largest, None
-        elif block < k and _widest_cluster(values, 100 * tol) >= block:
-            block *= 2
+            values = np.full(c, 1.0 / shift)
         else:
-            return vectors, solver
+            values = np.concatenate([values, found])
+    assert solver is not None
+    if band < k - c or _widest_cluster(values[c:], 100 * tol) >= block:
+        _complete(problem, solver, columns, values, block, tol, seed)
+    columns.resize((k, n), refcheck=False)  # gives the memory back
+    return columns.T, solver
+
+
+def _complete(
+    problem: Problem, solver: Solve, columns: FloatArray, values: FloatArray, block: int, tol: float, seed: int
+) -> None:
+    """Seek more modes beside those in `columns`, and let them take the place of larger ones, until none does."""
+    k, c = len(values), problem.zero.shape[1]
+    for turn in count(1):  # another seed each time: what one start block missed it would miss again
+        wanted = min(turn, 4) * block
+        more = block_lanczos(
+            solver, columns, values, wanted, M=problem.B, block=wanted, tol=tol, seed=seed + k + turn, doubt=tol
+        )
+        last = c + np.argsort(values[c:], kind="stable")[:wanted]  # the largest eigenvalues, the last one first
+        new = [i for i, place in enumerate(last) if more[i] > values[place] * (1.0 + 10 * tol)]
+        for i in new:
+            values[last[i]], columns[last[i]] = more[i], columns[k + i]
+        if len(new) < len(last):
+            return
 
 
 def _block_size(k: int) -> int:
@@ -261,27 +296,34 @@ def _widest_cluster(values: FloatArray, tol: float) -> int:
 
 
 def _dense(problem: Problem, k: int) -> FloatArray:
-    """The modes by LAPACK, on the orthogonal complement of the zero modes."""
-    Z = problem.zero
-    c = Z.shape[1]
-    B = None if problem.B is None else problem.B.toarray()
+    """The modes by LAPACK, with the eigenvalue of the zero modes, which are known, moved past all others."""
+    Z, n = problem.zero, len(problem.scale)
+    B = np.eye(n) if problem.B is None else problem.B.toarray()
+    A = problem.A.toarray()
+    MZ = B @ Z
+    A += 10.0 * float((abs(A).sum(axis=1) / B.diagonal()).max()) * MZ @ MZ.T
     try:
-        _, Y = scipy.linalg.eigh(problem.A.toarray(), B, subset_by_index=[0, k - 1])
+        _, Y = scipy.linalg.eigh(A, None if problem.B is None else B, subset_by_index=[0, k - 1 - Z.shape[1]])
     except np.linalg.LinAlgError as error:
         raise ValueError(f"M must be positive definite: {error}") from None
-    Y[:, :c] = Z
-    MY = Y if B is None else B @ Y
-    Y[:, c:] -= Z @ (MY[:, :c].T @ Y[:, c:])
-    R = scipy.linalg.cholesky(gram(Y, problem.B))
-    return np.asarray(scipy.linalg.solve_triangular(R, Y.T, trans="T").T)
+    Y = np.asfortranarray(np.concatenate([Z, Y], axis=1))
+    return np.asarray(dtrsm(1.0, scipy.linalg.cholesky(gram(Y, problem.B)), Y, side=1))
 
 
-def _zero_modes(L: sp.csr_array, M: sp.csr_array, scale: FloatArray) -> FloatArray:
-    """The constants of the components on which L annihilates them, M-normalised, divided by the scale: (n, c)."""
+def closed_components(L: sp.csr_array) -> IntArray:
+    """Number the components on which L annihilates the constants: a number a sample, -1 on the other components."""
     pattern = L.copy()
     pattern.eliminate_zeros()
-    count, labels = sp.csgraph.connected_components(pattern, directed=False)
-    leak = abs(L.sum(axis=1)) > 64 * EPS * abs(L).sum(axis=1)
-    closed = np.setdiff1d(np.arange(count), labels[leak])
-    Z = np.asfortranarray(labels[:, None] == closed[None, :], dtype=np.float64)
-    return np.asarray(Z / np.sqrt(np.einsum("ij,ij->j", Z, M @ Z)) / scale)
+    parts, labels = sp.csgraph.connected_components(pattern, directed=False)
+    closed = np.ones(parts, dtype=bool)
+    closed[labels[abs(L.sum(axis=1)) > CLOSED * abs(L).sum(axis=1)]] = False
+    return np.asarray(np.where(closed, np.cumsum(closed) - 1, -1)[labels], dtype=np.int64)
+
+
+def zero_modes(component: IntArray, M: sp.csr_array, k: int) -> FloatArray:
+    """The constants of the first k closed components, M-normalised: (n, k), or fewer columns if there are fewer."""
+    Z = np.zeros((len(component), min(int(component.max()) + 1, k)), order="F")
+    inside = np.flatnonzero((component >= 0) & (component < k))
+    Z[inside, component[inside]] = 1.0
+    Z /= np.sqrt(np.bincount(component[inside], weights=(M.sum(axis=0))[inside], minlength=Z.shape[1]))
+    return Z

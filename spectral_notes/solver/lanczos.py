@@ -22,7 +22,7 @@ from dataclasses import dataclass
 import numpy as np
 import scipy.linalg
 import scipy.sparse as sp
-from scipy.linalg.blas import dgemm, dsyrk, dtrsm
+from scipy.linalg.blas import dgemm, dtrsm
 
 from spectral_notes._checks import FloatArray
 
@@ -32,30 +32,31 @@ Watch = Callable[[int, int], None]
 EPS = float(np.finfo(np.float64).eps)
 LOSS = 1e-9  # orthogonality that is kept; losing more than a hundred times this would show in the residuals
 USUAL_DECAY = 20.0  # residuals shrink by about e^20 while the basis grows by k columns; only the first guess needs it
+KEPT_LOSS = 1e-3 * LOSS  # cleaning leaves columns that lost less alone
+ONCE = 1e-6  # of a larger loss one cleaning leaves more than KEPT_LOSS, its square
+PIECE = 16  # columns that are cleaned or left together
+SAFETY = 30.0  # how much larger than the loss that was found the simulation is held
+GROUP = 128  # modes that are combined at a time
 ROWS = 8192  # rows of V that are combined at a time, so that V Y can overwrite V
 
 
-@dataclass
+@dataclass(kw_only=True)
 class Krylov:
     """Hold the Krylov space while it grows: op V = V T + Q B e_last^T, with V^T M V = I."""
 
     operator: Operator
     M: sp.csr_array | None  # None is the identity
-    columns: FloatArray  # (capacity + block, n), row j is column j of V: so it can be cut to size at the end
+    V: FloatArray  # (n, capacity + block), column-major; behind the columns in use waits the next block Q
     T: FloatArray  # (capacity + block, capacity + block)
-    size: int  # columns of V in use; the next block Q is already stored behind them
-    block: int
     fixed: int  # leading columns that are exact eigenvectors
+    block: int
+    rng: np.random.Generator
+    size: int  # columns of V in use
     arrow: int  # T couples the block that starts here with every earlier column (after a start or restart)
     loss: FloatArray  # (size, block), estimate of V^T M Q
     loss_before: FloatArray  # the same one step earlier
-    noise: float  # what one step adds to the loss
-    rng: np.random.Generator
-
-    @property
-    def V(self) -> FloatArray:
-        """(n, capacity + block), column-major."""
-        return self.columns.T
+    doubt: float  # relative residual of the exact eigenvectors
+    noise: float = 64 * EPS  # what one step adds to the loss
 
     @property
     def capacity(self) -> int:
@@ -68,57 +69,25 @@ class Krylov:
 
 
 def block_lanczos(
-    operator: Operator, exact: FloatArray, exact_values: FloatArray, k: int, *, capacity: int, block: int = 8,
+    operator: Operator, columns: FloatArray, exact_values: FloatArray, k: int, *, block: int = 8,
     M: sp.csr_array | None = None, tol: float = 1e-9, seed: int = 0, watch: Watch | None = None,
-    enough: float = np.inf,
-) -> tuple[FloatArray, FloatArray]:
+    enough: float = np.inf, doubt: float = 0.0,
+) -> FloatArray:  # fmt: skip
     """Compute the k eigenpairs of largest magnitude of an operator that is symmetric in the inner product of M.
 
-    Parameters
-    ----------
-    operator : callable
-        Takes (n, b), returns (n, b).
-    exact : (n, c) array
-        Eigenvectors that are known already, M-orthonormal; they are kept, and searched for no more.
-    exact_values : (c,) array
-        Their eigenvalues.
-    k : int
-        How many pairs to find besides the exact ones.
-    capacity : int
-        How many columns the basis may have before it is restarted: at least c + k + 3 block.
-    block : int
-        Columns a step.
-    M : (n, n) sparse array, optional
-        Mass matrix; None is the identity.
-    tol : float
-        Residual of each pair, divided by its eigenvalue, below which it has converged.
-    seed : int
-        Seed of the start vectors.
-    watch : callable, optional
-        Called after each step with the columns built and an estimate of the columns needed.
-    enough : float
-        End the search, converged or not, once all k values are known to be larger: Ritz values only grow.
-
-    Returns
-    -------
-    values : (k,) array
-        Eigenvalues of the operator by descending magnitude, without the exact ones.
-    vectors : (n, c + k) array
-        The exact vectors, then the k found; M-orthonormal.
-
-    Raises
-    ------
-    ArithmeticError
-        If the pairs have not converged after many restarts.
+    `columns` (rows, n) is the memory to work in, a vector a row. Its first rows hold eigenvectors that are known, with
+    the `exact_values`, M-orthonormal, whose relative residual is `doubt`; the k found ones are written behind them. It
+    needs c + k + 4 block rows at least, and restarts seldom with c + 3 k + 20 block. `enough` ends the search,
+    converged or not, once all k values are known to be larger: Ritz values only grow. Returns the k values by
+    descending magnitude; raises ArithmeticError after fifty restarts.
 
     Examples
     --------
-    >>> d = np.arange(200.0)
-    >>> values, X = block_lanczos(lambda B: d[:, None] * B, np.zeros((200, 0)), np.zeros(0), 3, capacity=80)
-    >>> values.round(9).tolist()
+    >>> d, columns = np.arange(200.0), np.empty((80, 200))
+    >>> block_lanczos(lambda B: d[:, None] * B, columns, np.zeros(0), 3).round(9).tolist()
     [199.0, 198.0, 197.0]
     """
-    space = _start(operator, exact, exact_values, capacity, block, M, seed)
+    space = _start(operator, columns, exact_values, block, M, seed, doubt)
     history: list[tuple[int, float]] = []
     check, restarts = space.fixed + 5 * k // 2, 0
     while True:
@@ -131,7 +100,8 @@ def block_lanczos(
         values, Y, residuals = _ritz(space, k)
         worst = float(residuals.max())
         if worst < tol or abs(values[k - 1]) > enough:
-            return values[:k], _assemble(space, values[:k], Y[:, :k])
+            _assemble(space, values[:k], Y[:, :k])
+            return values[:k]
         history.append((space.size, worst))
         check = _next_check(history, tol, k)
         if full:
@@ -146,24 +116,22 @@ def block_lanczos(
 
 
 def _start(
-    operator: Operator, exact: FloatArray, exact_values: FloatArray, capacity: int, block: int, M: sp.csr_array | None,
-    seed: int,
-) -> Krylov:
+    operator: Operator, columns: FloatArray, exact_values: FloatArray, block: int, M: sp.csr_array | None, seed: int,
+    doubt: float,
+) -> Krylov:  # fmt: skip
     """The space of the exact vectors, with a random block orthogonal to them in waiting."""
-    n, fixed = exact.shape
-    T = np.zeros((capacity + block, capacity + block))
-    T[:fixed, :fixed] = np.diag(exact_values)
-    rng = np.random.default_rng(seed)
+    c = len(exact_values)
+    T = np.zeros((len(columns), len(columns)))
+    T[range(c), range(c)] = exact_values
     space = Krylov(
-        operator, M, np.empty((capacity + block, n)), T, fixed, block, fixed, fixed,
-        np.zeros((fixed, block)), np.zeros((0, block)), 64 * EPS, rng,
-    )
-    space.V[:, :fixed] = exact
-    W = np.asfortranarray(rng.standard_normal((n, block)))
-    _project_out(space, fixed, W)
+        operator=operator, M=M, V=columns.T, T=T, fixed=c, block=block, rng=np.random.default_rng(seed),
+        size=c, arrow=c, loss=np.zeros((c, block)), loss_before=np.zeros((0, block)), doubt=doubt,
+    )  # fmt: skip
+    W = np.asfortranarray(space.rng.standard_normal((columns.shape[1], block)))
+    _project_out(space, c, W)
     Q, _ = _orthonormalize(space, W)
-    _project_out(space, fixed, Q)
-    space.V[:, fixed : fixed + block] = Q
+    _project_out(space, c, Q)
+    space.V[:, c : c + block] = Q
     return space
 
 
@@ -184,8 +152,8 @@ def _extend(space: Krylov) -> None:
     T[j + b : j + 2 * b, now] = B
     space.size = j + b
     space.loss_before, space.loss = space.loss, loss
-    estimate = float(abs(loss).max())
-    if j and (estimate > LOSS or not np.isfinite(estimate)):
+    estimate = float(_weighted_loss(space).max())
+    if j and not estimate <= LOSS:
         _reorthogonalize(space, estimate)
 
 
@@ -199,30 +167,73 @@ def _simulated_loss(space: Krylov, B: FloatArray, first: int) -> FloatArray:
     now = slice(j, j + b)
     loss = np.zeros((j + b, b))
     if first:
-        loss[:j] = T[:j, :j] @ space.loss - space.loss @ T[now, now]
+        loss[:j] = _times(space, space.loss) - space.loss @ T[now, now]
         loss[: j - b] -= space.loss_before @ T[j - b : j, now]
         loss[first:j] = 0.0  # these were taken out explicitly
-    amplified = np.linalg.norm(T[: j + b, : j + b], axis=1)[:, None]  # rounding of Q, as op passes it on
-    loss += space.noise * amplified * space.rng.standard_normal(loss.shape)
+    norms = abs(T.diagonal()[: j + b, None])  # of op on each column: rounding of Q, as op passes it on
+    norms[: space.fixed] *= 1.0 + space.doubt / space.noise  # and what is left of op on an eigenvector, which is small
+    loss += space.noise * norms * space.rng.standard_normal(loss.shape)
     return np.asarray(np.linalg.solve(B.T, loss.T).T)
 
 
+def _weighted_loss(space: Krylov) -> FloatArray:
+    """The loss of each column, (size,); in doubtful exact ones it counts less, as it is taken out at the end."""
+    loss = np.asarray(abs(space.loss).max(axis=1))
+    if space.doubt:
+        loss[: space.fixed] *= 1e-3
+    return loss
+
+
+def _times(space: Krylov, X: FloatArray) -> FloatArray:
+    """T X for the columns in use: T is block tridiagonal from the arrow on, and diagonal before it."""
+    T, a, b = space.T, space.arrow, space.block
+    parts = X[a:].reshape(-1, b, b)
+    beside = _blocks(T, a + b, a, len(parts) - 1, b)
+    below = _blocks(T, a, a, len(parts), b) @ parts
+    below[1:] += beside @ parts[:-1]
+    below[:-1] += beside.transpose(0, 2, 1) @ parts[1:]
+    below[0] += T[a : a + b, :a] @ X[:a]
+    above = T.diagonal()[:a, None] * X[:a] + T[:a, a : a + b] @ X[a : a + b]
+    return np.concatenate([above, below.reshape(-1, b)])
+
+
+def _blocks(T: FloatArray, row: int, column: int, count: int, b: int) -> FloatArray:
+    """The b x b blocks of T from (row, column) down along the diagonal, as a view (count, b, b)."""
+    stride = T.strides[0] + T.strides[1]
+    return np.lib.stride_tricks.as_strided(T[row:, column:], (count, b, b), (b * stride, *T.strides))
+
+
 def _reorthogonalize(space: Krylov, estimate: float) -> None:
-    """Clean the last two blocks, which is enough for the recurrence to start afresh; learn from how much was lost."""
+    """Clean the last two blocks, which is enough for the recurrence to start afresh; learn from how much was lost.
+
+    Only those parts of V are taken out that hold loss: early columns, where the converged modes are, and the latest.
+    A step loses 3 LOSS |T| |B^-1| at most: much only where B is small, where it weighs little in op V = V T + Q B.
+    """
     V, j, b = space.V, space.size, space.block
-    pair = V[:, j - b : j + b]
-    H = _project_out(space, j - b, pair)
-    if not estimate < 1e-3:  # the block had almost nothing new in it: what was left was noise
-        Q = np.asfortranarray(V[:, j : j + b])
+    Q, pair = V[:, j : j + b], V[:, j - b : j + b]
+    parts = _lossy_parts(_weighted_loss(space)[: j - b])
+    lost = max([0.0] + [abs(_project_out(space, part.stop, pair, part.start)[:, b:]).max() for part in parts])
+    _project_out(space, j, Q, j - b)
+    if max(lost, estimate) > ONCE:  # the block had little new in it: what was left was noise
+        parts, fresh = [slice(0, j - b)], np.asfortranarray(Q)
         for _ in range(2):
-            _project_out(space, j, Q)
-            Q, R = _orthonormalize(space, Q)
+            _project_out(space, j, fresh)
+            fresh, R = _orthonormalize(space, fresh)
             space.T[j : j + b, j - b : j] = R @ space.T[j : j + b, j - b : j]
-        V[:, j : j + b] = Q
-    else:
-        space.noise *= min(max(1.0, float(abs(H).max()) / estimate), 100.0)
-    space.loss_before = space.noise * space.rng.standard_normal((j - b, b))
-    space.loss = space.noise * space.rng.standard_normal((j, b))
+        V[:, j : j + b] = fresh
+    if lost and estimate <= ONCE:
+        space.noise = max(space.noise * float(np.clip(SAFETY * lost / estimate, 0.1, 100.0)), EPS)
+    for part in [*parts, slice(j - b, j)]:
+        space.loss[part] = space.noise * space.rng.standard_normal(space.loss[part].shape)
+        space.loss_before[part] = space.noise * space.rng.standard_normal(space.loss_before[part].shape)
+
+
+def _lossy_parts(loss: FloatArray) -> list[slice]:
+    """The runs of columns, in pieces of PIECE, in which the loss is worth cleaning."""
+    starts = np.arange(0, len(loss), PIECE)
+    lossy = np.maximum.reduceat(loss, starts) > KEPT_LOSS if len(loss) else np.zeros(0, dtype=bool)
+    edges = np.flatnonzero(np.diff(lossy, prepend=False, append=False)) * PIECE
+    return [slice(int(start), min(int(stop), len(loss))) for start, stop in edges.reshape(-1, 2)]
 
 
 def _project_out(space: Krylov, stop: int, W: FloatArray, first: int = 0) -> FloatArray:
@@ -230,9 +241,9 @@ def _project_out(space: Krylov, stop: int, W: FloatArray, first: int = 0) -> Flo
     U = space.V[:, first:stop]
     if first == stop:
         return np.zeros((0, W.shape[1]))
-    H = dgemm(1.0, U, space.mass(W), trans_a=1)  # a quarter faster than U.T @ W on tall, narrow W
+    H = (space.mass(W).T @ U).T  # four times faster than SciPy's dgemm(U, W, trans_a=1) on tall, narrow W
     dgemm(-1.0, U, H, 1.0, W, overwrite_c=1)
-    return np.asarray(H)
+    return H
 
 
 def _orthonormalize(space: Krylov, W: FloatArray) -> tuple[FloatArray, FloatArray]:
@@ -289,34 +300,47 @@ def _restart(space: Krylov, values: FloatArray, Y: FloatArray, k: int) -> None:
     space.loss_before = np.zeros((space.size - b, b))
 
 
-def _assemble(space: Krylov, values: FloatArray, Y: FloatArray) -> FloatArray:
-    """The exact vectors and the purified Ritz vectors op X / value, M-orthonormal; V is used up."""
+def _assemble(space: Krylov, values: FloatArray, Y: FloatArray) -> None:
+    """Write the purified Ritz vectors op X / value behind the exact ones, M-orthonormal."""
     c, j, b = space.fixed, space.size, space.block
     _combine(space, Y, space.T[j : j + b, j - b : j] @ Y[-b:] / values)
-    space.columns.resize((c + len(values), space.columns.shape[1]), refcheck=False)  # gives the memory back
-    X = space.V
-    found = X[:, c:]
+    found = space.V[:, c : c + len(values)]
     _project_out(space, c, found)
     R = scipy.linalg.cholesky(gram(found, space.M))
     dtrsm(1.0, R, found, side=1, overwrite_b=1)
-    return X
 
 
 def gram(X: FloatArray, M: sp.csr_array | None) -> FloatArray:
-    """The upper half of X^T M X, of column-major X; without M at half the cost of the whole.
+    """The upper half of X^T M X, of column-major X, at half the cost of the whole; np.triu takes what is below away.
 
     Examples
     --------
     >>> gram(np.asfortranarray([[1.0, 2.0], [0.0, 1.0]]), None).tolist()
     [[1.0, 2.0], [0.0, 5.0]]
     """
-    return np.asarray(dsyrk(1.0, X, trans=1) if M is None else np.triu(X.T @ (M @ X)))
+    G = np.zeros((X.shape[1], X.shape[1]))
+    for start in range(0, len(G), GROUP):
+        part = X[:, start : start + GROUP]
+        stop = start + part.shape[1]
+        G[:stop, start:stop] = X[:, :stop].T @ (part if M is None else np.asarray(M @ part))
+    return np.triu(G)
 
 
 def _combine(space: Krylov, Y: FloatArray, C: FloatArray) -> None:
-    """Overwrite the columns after the fixed ones by V Y + Q C, some rows at a time."""
-    c, j, b = space.fixed, space.size, space.block
+    """Overwrite the columns after the fixed ones by V Y + Q C, some rows at a time.
+
+    A mode that converged early has no share in late columns of V; groups of modes are combined without them.
+    """
+    c = space.fixed
     weights = np.vstack([Y, C])
-    for start in range(0, space.columns.shape[1], ROWS):
-        rows = space.V[start : start + ROWS]
-        rows[:, c : c + Y.shape[1]] = rows[:, c : j + b] @ weights
+    groups = []
+    for start in range(0, weights.shape[1], GROUP):
+        part = weights[:, start : start + GROUP]
+        height = int(np.flatnonzero(abs(part).max(axis=1) > EPS)[-1]) + 1
+        groups.append((slice(start, start + part.shape[1]), np.asfortranarray(part[:height])))
+    rows = np.empty((ROWS, weights.shape[1]), order="F")
+    for start in range(0, len(space.V), ROWS):
+        V = space.V[start : start + ROWS]
+        for columns, part in groups:
+            rows[: len(V), columns] = V[:, c : c + len(part)] @ part
+        V[:, c : c + weights.shape[1]] = rows[: len(V)]
