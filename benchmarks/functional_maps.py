@@ -204,7 +204,7 @@ def pyfm_map(pair: Pair, bases: tuple[Any, Any], landmarks: np.ndarray, w_orient
         theirs.eigenvalues, theirs.eigenvectors = np.array(basis.evals), np.array(basis.evecs)
     model = FunctionalMapping(*meshes)
     some = landmarks if len(landmarks) else None
-    model.preprocess(n_descr=100, landmarks=some, subsample_step=2, k_process=K, k_descr=128)
+    model.preprocess(n_descr=100, landmarks=some, subsample_step=2, k_process=K, k_descr=min(128, K))
     model.fit(K=(30, 30), w_descr=1, w_lap=0.1, w_dcomm=1, w_orient=w_orient)
     return np.asarray(mesh_zoomout_refine(model.FM_12, *meshes, nit=(K - 30) // 10, step=10, return_p2p=True)[1])
 

@@ -4,7 +4,14 @@ Each is code that is run after the imports of the chapter and the cells that the
 a check reads from its chapter.
 """
 
+POTATOES = """rest = shapes.potato(subdivisions=2)
+order = np.random.default_rng(0).permutation(rest.n_vertices)
+walk, true_21 = TriangleMesh(rest.vertices[order] * [1.0, 0.8, 1.4], np.argsort(order)[rest.faces]), order
+bases = [compute_eigenbasis(*cotan_laplacian(mesh), 24) for mesh in (rest, walk)]
+"""
+
 SETTING = {
+    "ex-maps-1": POTATOES + "basis_1, basis_2 = bases",
     "ex-function-spaces-4": "lam = 380 + 400 * np.linspace(0, 1, 161) ** 1.6\ns = np.exp(-((lam - 600) / 80) ** 2) + 0.2",
     "ex-function-spaces-5": "lam = 380 + 400 * np.linspace(0, 1, 161) ** 1.6\ns = np.exp(-((lam - 600) / 80) ** 2) + 0.2",
     "ex-fourier-basis-3": "heights = np.cumsum(np.random.default_rng(0).normal(size=64))",
@@ -217,6 +224,10 @@ WRONG = [
     ("ex-vectors-7", "my_level = 6", "order one"),
     ("ex-vectors-7", "my_level = 5", "order one"),
     ("ex-vectors-7", "my_level = 10", "order one"),
+    ("ex-maps-1", "my_C_12 = functional_map(*twenty, true_21).T", "transposed: this map goes from 2 to 1"),
+    ("ex-maps-1", "my_C_12 = twenty[1].evecs.T @ twenty[0].evecs[true_21]", "without the mass of shape 2"),
+    ("ex-maps-2", "my_entry = 1 / 3", "phi_0 is 1 / sqrt(area)"),
+    ("ex-maps-4", "my_score = 0.0", "a mirror of a mirror is right side up"),
 ]
 
 RIGHT = [
@@ -280,4 +291,5 @@ RIGHT = [
     ("ex-vectors-5", "my_share = np.sqrt(0.84)"),
     ("ex-vectors-6", "my_numbers = tuple(np.arange(3.0))"),
     ("ex-vectors-7", "my_arrows, my_level = np.array([[0.0, 0, -1], [1, 0, 0]]), 7.0"),
+    ("ex-maps-1", "my_C_12 = functional_map(*twenty, true_21).astype(np.float32)"),
 ]
