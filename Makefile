@@ -16,6 +16,7 @@ READY := $(ENV)/.spectral-notes-ready
 STAMPS := _build/stamps
 JOBS ?= 2
 EDITION ?= full
+COURSE ?= course
 FUZZ_SECONDS ?= 300
 HTML := $(if $(filter student,$(EDITION)),_build/student/)_build/html
 INSTALL = $(if $(shell command -v uv),uv pip install --quiet --python $(PY),$(PY) -m pip install --quiet)
@@ -33,7 +34,7 @@ TOOLS := $(wildcard tools/*.py)
 TESTS := $(shell find tests classroom/source -type f -name '*.py' -o -name '*.md' -o -name '*.ipynb') $(wildcard benchmarks/*.py classroom/*.py)
 
 # The peers of the benchmarks (lapy, pyfmaps, cholespy) are left out where they are not installed.
-.PHONY: help book pdf slides test lint browser assignments notebooks serve lab bench fuzz matrix wheel pins clean distclean
+.PHONY: help book pdf slides test lint browser course mark notebooks serve lab bench fuzz matrix wheel pins clean distclean
 
 help:  ## list the targets
 	@awk -F ':.*## ' '/^[a-z]+:.*## / {printf "  make %-12s %s\n", $$1, $$2}' $(MAKEFILE_LIST)
@@ -49,8 +50,11 @@ pdf: book  ## print the book as one PDF beside its pages (EDITION=student: witho
 slides: book  ## make a deck of slides for each chapter, and one for the two-hour tutorial
 	$(PY) tools/slides.py $(HTML) --into $(HTML)/slides
 
-assignments: $(READY)  ## make the student copies of the assignments and the marking guide, in classroom/
-	$(PY) tools/assignments.py
+course: $(READY)  ## make the students' folder and the teacher's (COURSE=course; SEED=7: another variant)
+	$(PY) tools/course.py "$(COURSE)" $(if $(SEED),--seed $(SEED))
+
+mark: $(READY)  ## mark ASSIGNMENT=1_fourier ARCHIVE=submissions.zip (STUDENTS=list.csv), into one table and feedback
+	$(PY) tools/mark.py "$(ASSIGNMENT)" $(if $(ARCHIVE),"$(ARCHIVE)") --course "$(COURSE)" $(if $(STUDENTS),--students "$(STUDENTS)")
 
 notebooks: $(READY)  ## run the notebooks (or NB=book/NAME.ipynb) and store their text outputs
 	$(PY) tools/notebooks.py run --jobs $(JOBS) $(NB)

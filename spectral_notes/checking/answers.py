@@ -5,6 +5,7 @@ Nothing here raises on a strange answer but `Stop`, which carries the verdict.
 
 from __future__ import annotations
 
+import dis
 from collections.abc import Callable, Sequence
 from typing import Any
 
@@ -22,13 +23,34 @@ def call(answer: Callable[..., Any], *inputs: Any) -> object:
     """Return what a student's function returns; what it raises becomes a verdict."""
     try:
         returned = answer(*inputs)
-    except NotImplementedError:
-        raise Stop(Verdict("unattempted", "Write the body of the function.")) from None
     except (Exception, SystemExit) as error:
+        if isinstance(error, NotImplementedError) and _is_own(error):
+            raise Stop(Verdict("unattempted", "Write the body of the function.")) from None
         said = f"It raises {type(error).__name__}: {_short(error)}"
         raise Stop(wrong(said, "the function accepts the inputs that the exercise names")) from None
-    refuse_placeholder(returned, "The function returns nothing yet.")
+    try:
+        refuse_placeholder(returned, "The function returns nothing yet.")
+    except Stop:
+        if is_stub(answer):
+            raise
+        said = "It returns None or dots, whole or in part. Is a return missing?"
+        raise Stop(wrong(said, "the function returns what the exercise asks for")) from None
     return returned
+
+
+def is_stub(answer: Any) -> bool:
+    """Say whether the body of a function is still empty: it does nothing but return a constant."""
+    try:
+        steps = {step.opname for step in dis.get_instructions(answer)}
+    except TypeError:
+        return bool(getattr(answer, "is_stub", False))
+    return steps <= {"RESUME", "LOAD_CONST", "RETURN_VALUE", "RETURN_CONST", "NOP"}
+
+
+def _is_own(error: BaseException) -> bool:
+    """Say whether a function raised an error itself and without a word, as `raise NotImplementedError` does."""
+    within = error.__traceback__.tb_next if error.__traceback__ else None
+    return not str(error) and within is not None and within.tb_next is None
 
 
 def read_array(answer: object, what: str, shape: Sequence[int | str], *, real: bool = True) -> Any:

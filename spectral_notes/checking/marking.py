@@ -1,4 +1,4 @@
-"""Marks for assignments: what a student's function returns is judged by a check, and verdicts add up to points."""
+"""Checks under the questions of an assignment: what a student's function returns is judged by a check."""
 
 from __future__ import annotations
 
@@ -27,7 +27,8 @@ def check_result(
 
     Returns
     -------
-    Verdict: the verdict of the check; a function that raises is wrong, one that returns None was not attempted.
+    Verdict: the verdict of the check; a function that raises is wrong, one that returns None is wrong, and a body
+    that is still empty was not attempted.
 
     Examples
     --------
@@ -40,20 +41,20 @@ def check_result(
     """
     if not callable(answer):
         return wrong(f"A {type(answer).__name__} came. Pass the function itself, uncalled.", "the answer is a function")
-    return check(call(answer, *copy.deepcopy(tuple(inputs))), *args, **options)
+    verdict = check(call(answer, *copy.deepcopy(tuple(inputs))), *args, **options)
+    if verdict.status == "wrong" and all(isinstance(one, int | float) for one in inputs):
+        return wrong(f"For {', '.join(map(str, inputs))}: {verdict.message}", verdict.law)
+    return verdict
 
 
 @dataclass(frozen=True, repr=False)
 class Marks:
-    """The points that verdicts earn: their share that is right, of the points of the exercise.
-
-    Its text is the number alone, which nbgrader reads as partial credit when a cell ends with it; a notebook shows the
-    verdicts above the number.
+    """The verdicts under an answer, and what the question is worth; these verdicts themselves earn nothing.
 
     Parameters
     ----------
-    verdicts : sequence of Verdict, one or more; what was not attempted earns nothing
-    points : what the exercise is worth, above zero
+    verdicts : sequence of Verdict, one or more
+    points : what the question is worth, above zero
 
     Raises
     ------
@@ -63,7 +64,7 @@ class Marks:
     --------
     >>> from spectral_notes.checking import check_number
     >>> Marks([check_number(2.0, 2.0), check_number(1.0, 2.0), check_number(..., 2.0)], points=6)
-    2
+    1 of 3 checks pass
     """
 
     verdicts: Sequence[Verdict]
@@ -74,15 +75,10 @@ class Marks:
         if not self.verdicts:
             raise ValueError("verdicts must hold at least one verdict; got none")
 
-    @property
-    def earned(self) -> float:
-        """The points earned."""
-        return self.points * sum(map(bool, self.verdicts)) / len(self.verdicts)
-
     def __repr__(self) -> str:
-        return f"{self.earned:.4g}"
+        return f"{sum(map(bool, self.verdicts))} of {len(self.verdicts)} checks pass"
 
     def _repr_markdown_(self) -> str:
-        """Return the verdicts, one a paragraph and each only once, and the points."""
+        """Return the verdicts, one a paragraph and each only once, and what counts for the points."""
         told = "\n\n".join(dict.fromkeys(verdict._repr_markdown_() for verdict in self.verdicts))
-        return f"{told}\n\n*{self} of {self.points:g} points by these {len(self.verdicts)} checks.*"
+        return f"{told}\n\n*{self}. Others, on inputs that you have not seen, decide on the {self.points:g} points.*"

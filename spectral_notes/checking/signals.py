@@ -53,25 +53,33 @@ def check_dft(answer: object, f: ArrayLike, *, scaling: str = "any", within: flo
     for name, factor in _scales(n).items():
         if scaling in (name, "any") and abs(F / factor - true).max() <= within * size:
             return right("These are the coefficients of the signal.", TRANSFORM)
-    return wrong(_slip_of_transform(F, true, n, scaling), TRANSFORM)
+    law = f"N (a[k] - i b[k]) is F[k], and {TRANSFORM}" if _is_pair(answer, n) else TRANSFORM
+    return wrong(_slip_of_transform(F, true, n, scaling), law)
 
 
-def _coefficients(answer: object, signal: Any) -> Any:
+def _coefficients(answer: Any, signal: Any) -> Any:
     """The coefficients that an answer stands for, as F."""
     n = len(signal)
     if callable(answer):
         answer = call(answer, signal.copy())
-    if isinstance(answer, tuple) and len(answer) == 2:
+    if _is_pair(answer, n):
         a, b = (read_array(part, name, (n,)) for part, name in zip(answer, "ab", strict=True))
         return n * (a - 1j * b)
-    matrix = read_array(answer, "the transform", ("N", "N"), real=False) if _is_square(answer, n) else None
+    matrix = read_array(answer, "the transform", ("N", "N"), real=False) if _has_shape(answer, (n, n)) else None
     return read_array(answer, "the transform", ("N",), real=False) if matrix is None else matrix @ signal
 
 
-def _is_square(answer: Any, n: int) -> bool:
-    """Say whether an answer is an (n, n) matrix."""
+def _is_pair(answer: Any, n: int) -> bool:
+    """Say whether an answer is (a, b), as a tuple or as two rows."""
+    if isinstance(answer, tuple):
+        return len(answer) == 2
+    return n != 2 and _has_shape(answer, (2, n))
+
+
+def _has_shape(answer: Any, shape: tuple[int, int]) -> bool:
+    """Say whether an answer is a matrix of a shape."""
     try:
-        return tuple(answer.shape if sp.issparse(answer) else np.shape(answer)) == (n, n)
+        return tuple(answer.shape if sp.issparse(answer) else np.shape(answer)) == shape
     except Exception:
         return False
 
@@ -101,6 +109,8 @@ def _slip_of_transform(F: Any, true: Any, n: int, scaling: str) -> str:
         return "The frequencies are in another order: 0 first, as numpy.fft.fft has them. Is it shifted by fftshift?"
     if not F.imag.any() and scale_of(F, true.real):
         return "Only the cosines are there: the imaginary part is zero where the signal has sines."
+    if scale_of(F / n):
+        return "Everywhere the same slip: a factor of N. Is the 1/N missing?"
     if scale_of(F / 2) or scale_of(F * 2):
         return "Everywhere the same slip: a factor of 2. Does each frequency count once or twice?"
     difference = min((F / s - true for s in _scales(n).values()), key=lambda gap: abs(gap).max())

@@ -24,36 +24,13 @@ RHS_AT_A_TIME = 8  # CHOLMOD's simplicial solve is fastest with eight right-hand
 
 
 def factorize(A: sp.csr_array, *, factor: str = "auto") -> Solve:
-    """Factor a symmetric positive definite matrix and return the function that solves A X = B.
+    """Return the function that solves A X = B, (n, q), for a symmetric positive definite A; "auto" prefers cholespy.
 
-    Parameters
-    ----------
-    A : (n, n) sparse array
-        Symmetric positive definite.
-    factor : {"auto", "cholespy", "superlu"}
-        Which library factors; "auto" takes cholespy when it is installed.
+    Sources: Chen, Davis, Hager and Rajamanickam, "Algorithm 887: CHOLMOD" (2008); Li, "An overview of SuperLU" (2005).
 
-    Returns
-    -------
-    callable
-        Takes B, (n, q), and returns X, (n, q).
-
-    Raises
-    ------
-    ModuleNotFoundError
-        If cholespy is asked for and not installed.
-    ValueError
-        If A is not positive definite.
-
-    Examples
-    --------
     >>> solve = factorize(sp.csr_array([[2.0, -1.0], [-1.0, 2.0]]), factor="superlu")
     >>> solve(np.array([[1.0], [1.0]])).ravel().round(12).tolist()
     [1.0, 1.0]
-
-    References
-    ----------
-    Chen, Davis, Hager and Rajamanickam, "Algorithm 887: CHOLMOD" (2008); Li, "An overview of SuperLU" (2005).
     """
     factor = as_choice("factor", factor, FACTORS)
     installed = importlib.util.find_spec("cholespy") is not None
@@ -84,25 +61,9 @@ def symmetric_lu(A: sp.csr_array) -> SuperLU:
     """Factor a symmetric matrix, definite or not, without row exchanges: P A P^T = L D L^T with U = D L^T.
 
     The order of the rows is chosen once, for few nonzeros, and the same for the columns; so the signs on the
-    diagonal of U are the signs of the eigenvalues of A (Sylvester's law of inertia).
+    diagonal of U are the signs of the eigenvalues of A (Sylvester's law of inertia). A pivot that is zero, or so small
+    that rows had to be exchanged, is an ArithmeticError.
 
-    Parameters
-    ----------
-    A : (n, n) sparse array
-        Symmetric.
-
-    Returns
-    -------
-    SuperLU
-        The factorization; `.solve(B)` solves.
-
-    Raises
-    ------
-    ArithmeticError
-        If a pivot is zero, or so small that rows had to be exchanged.
-
-    Examples
-    --------
     >>> int((symmetric_lu(sp.csr_array([[2.0, 1.0], [1.0, -3.0]])).U.diagonal() < 0).sum())
     1
     """
