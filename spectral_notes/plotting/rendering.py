@@ -184,6 +184,7 @@ def render(view: SurfaceView, *, size: int = 600) -> Image:
         _add_marks(plotter, view, size)
         direction, up = view.view_direction
         plotter.view_vector(direction, viewup=up)
+        plotter.enable_parallel_projection()  # as the scenes are drawn: a still has the outline of what opens
         plotter.reset_camera()
         plotter.enable_anti_aliasing("ssaa")
         image: Image = plotter.screenshot(return_img=True)
