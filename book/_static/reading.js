@@ -117,6 +117,14 @@
     for (const image of document.querySelectorAll("img[loading=lazy]")) image.loading = "eager";
   }
 
+  /** A formula wider than its column scrolls, by keys too: it becomes a stop of the Tab key, and only then. */
+  function wideFormulas() {
+    for (const formula of document.querySelectorAll("mjx-container[display=true]")) {
+      if (formula.scrollWidth > formula.clientWidth) formula.tabIndex = 0;
+      else formula.removeAttribute("tabindex");
+    }
+  }
+
   // --- other versions ---------------------------------------------------------------------------------------------------
 
   /** Offer the versions that lie beside this one; a script brings their list, which a folder may read, too. */
@@ -145,5 +153,9 @@
   addEventListener("load", () => {
     follow(); // the folding buttons are made by then
     mark();
+    window.MathJax?.startup?.promise?.then(() => {
+      wideFormulas();
+      addEventListener("resize", wideFormulas);
+    });
   });
 })();
