@@ -38,7 +38,7 @@ def difference_grid(n: int, length: float = 1.0, *, ends: str) -> tuple[FloatArr
 
     Returns
     -------
-    x (n,) array: the sample points, in the units of `length`; h: the distance between neighbours. Raises TypeError or;
+    x (n,) array: the sample points, in the units of `length`; h: the distance between neighbours. Raises TypeError or
     ValueError if `n`, `length` or `ends` is not as described.
 
     Examples
@@ -71,7 +71,7 @@ def forward_difference(n: int, h: float = 1.0, *, ends: str) -> sp.csr_array:
 
     Returns
     -------
-    (m, n) csr_array: m = n for periodic, n + 1 for dirichlet, n - 1 for neumann ends; pointwise, in units of 1/h.;
+    (m, n) csr_array: m = n for periodic, n + 1 for dirichlet, n - 1 for neumann ends; pointwise, in units of 1/h.
     Raises TypeError or ValueError if `n`, `h` or `ends` is not as described.
 
     Examples
@@ -104,7 +104,7 @@ def central_difference(n: int, h: float = 1.0, *, ends: str) -> sp.csr_array:
 
     Returns
     -------
-    (n, n) csr_array: pointwise derivative, in units of 1/h. Antisymmetric for periodic ends. Raises TypeError or;
+    (n, n) csr_array: pointwise derivative, in units of 1/h. Antisymmetric for periodic ends. Raises TypeError or
     ValueError if `n`, `h` or `ends` is not as described.
 
     Examples
@@ -139,7 +139,7 @@ def second_difference(n: int, h: float = 1.0, *, ends: str) -> sp.csr_array:
 
     Returns
     -------
-    (n, n) csr_array: pointwise -d^2/dx^2, in units of 1/h^2. (The weak form is h L, with mass matrix h I.). Raises;
+    (n, n) csr_array: pointwise -d^2/dx^2, in units of 1/h^2. (The weak form is h L, with mass matrix h I.). Raises
     TypeError or ValueError if `n`, `h` or `ends` is not as described.
 
     Examples
@@ -169,8 +169,8 @@ def second_difference_modes(n: int, h: float = 1.0, *, ends: str) -> tuple[Float
 
     Returns
     -------
-    evals (n,) array: eigenvalues, at least 0, in units of 1/h^2; evecs (n, n) array: column j belongs to evals[j];;
-    evecs.T @ evecs is the identity. For periodic ends the cosine comes before the sine of the same frequency. Raises;
+    evals (n,) array: eigenvalues, at least 0, in units of 1/h^2; evecs (n, n) array: column j belongs to evals[j];
+    evecs.T @ evecs is the identity. For periodic ends the cosine comes before the sine of the same frequency. Raises
     TypeError or ValueError if `n`, `h` or `ends` is not as described.
 
     Examples
@@ -213,7 +213,7 @@ def spectral_derivative(f: ArrayLike, length: float, *, order: int = 1) -> Float
 
     Returns
     -------
-    (n,) array: pointwise values of the derivative at the same samples. Raises TypeError or ValueError if `f`, `length`;
+    (n,) array: pointwise values of the derivative at the same samples. Raises TypeError or ValueError if `f`, `length`
     or `order` is not as described.
 
     Examples

@@ -29,8 +29,8 @@ def fourier_matrices(n: int) -> tuple[FloatArray, FloatArray]:
 
     Returns
     -------
-    psi, chi (n, n) arrays: row k oscillates k times round the circle (n - k times, for k above n / 2). Raises
-    TypeError; or ValueError if `n` is not an integer of at least 1.
+    psi, chi (n, n) arrays: row k oscillates k times round the circle (n - k times, for k above n / 2). Raises TypeError
+    or ValueError if `n` is not an integer of at least 1.
 
     Examples
     --------
@@ -63,8 +63,8 @@ def fourier_basis(n: int) -> tuple[FloatArray, IntArray]:
 
     Returns
     -------
-    Q (n, n) array: the waves as columns of length 1: analyze with c = Q.T @ f, synthesize with f = Q @ c; frequencies;
-    (n,) int array: oscillations round the circle of each column: 0, 1, 1, 2, 2,. Raises TypeError or ValueError if `n`;
+    Q (n, n) array: the waves as columns of length 1: analyze with c = Q.T @ f, synthesize with f = Q @ c; frequencies
+    (n,) int array: oscillations round the circle of each column: 0, 1, 1, 2, 2, and so on. Raises TypeError or ValueError if `n`
     is not an integer of at least 1.
 
     Examples
@@ -99,7 +99,7 @@ def dft_by_definition(f: ArrayLike) -> tuple[FloatArray, FloatArray]:
 
     Returns
     -------
-    a, b (n,) arrays: coefficients in the units of `f`; a[0] is the mean, and b[0] is 0. Raises TypeError or ValueError;
+    a, b (n,) arrays: coefficients in the units of `f`; a[0] is the mean, and b[0] is 0. Raises TypeError or ValueError
     if `f` is not a one-dimensional array of finite real numbers, or is empty.
 
     Examples
@@ -134,7 +134,7 @@ def dft_by_matrices(f: ArrayLike) -> tuple[FloatArray, FloatArray]:
 
     Returns
     -------
-    a, b (n,) arrays: cosine and sine coefficients in the units of `f`. Raises TypeError or ValueError if `f` is not a;
+    a, b (n,) arrays: cosine and sine coefficients in the units of `f`. Raises TypeError or ValueError if `f` is not a
     one-dimensional array of finite real numbers, or is empty.
 
     Examples
@@ -163,7 +163,7 @@ def dft_by_fft(f: ArrayLike) -> tuple[FloatArray, FloatArray]:
 
     Returns
     -------
-    a, b (n,) arrays: cosine and sine coefficients in the units of `f`. Raises TypeError or ValueError if `f` is not a;
+    a, b (n,) arrays: cosine and sine coefficients in the units of `f`. Raises TypeError or ValueError if `f` is not a
     one-dimensional array of finite real numbers, or is empty.
 
     Examples
@@ -189,8 +189,8 @@ def synthesize_series(a: ArrayLike, b: ArrayLike) -> FloatArray:
 
     Returns
     -------
-    f (n,) array: the samples whose coefficients are `a` and `b`. Raises TypeError or ValueError if `a` and `b` are not;
-    two arrays of finite real numbers of one length, or break the symmetry a[n - k] = a[k], b[n - k] = -b[k] that real;
+    f (n,) array: the samples whose coefficients are `a` and `b`. Raises TypeError or ValueError if `a` and `b` are not
+    two arrays of finite real numbers of one length, or break the symmetry a[n - k] = a[k], b[n - k] = -b[k] that real
     signals have.
 
     Examples
@@ -216,7 +216,7 @@ def real_coefficients(F: ArrayLike) -> tuple[FloatArray, FloatArray]:
 
     Returns
     -------
-    a, b (n,) arrays: cosine and sine coefficients in the units of the signal. Raises TypeError or ValueError if `F` is;
+    a, b (n,) arrays: cosine and sine coefficients in the units of the signal. Raises TypeError or ValueError if `F` is
     not a one-dimensional array of finite numbers, is empty, or does not belong to a real signal.
 
     Examples
@@ -250,7 +250,7 @@ def half_coefficients(a: ArrayLike, b: ArrayLike) -> tuple[FloatArray, FloatArra
 
     Returns
     -------
-    A, B (n // 2 + 1,) arrays: amplitudes in the units of the signal: 3 cos(5 t) has A[5] = 3. Raises TypeError or;
+    A, B (n // 2 + 1,) arrays: amplitudes in the units of the signal: 3 cos(5 t) has A[5] = 3. Raises TypeError or
     ValueError as `synthesize_series`.
 
     Examples
@@ -278,9 +278,9 @@ def keep_first(c: ArrayLike, k: int) -> FloatArray:
 
     Returns
     -------
-    kept (n,) array: a new array. In an orthonormal basis the squared error of the synthesis is the sum of the dropped;
-    squares. Raises TypeError or ValueError if `c` is not a one-dimensional array of finite real numbers or is empty,
-    or; `k` lies outside 0 .. n.
+    kept (n,) array: a new array. In an orthonormal basis the squared error of the synthesis is the sum of the dropped
+    squares. Raises TypeError or ValueError if `c` is not a one-dimensional array of finite real numbers or is empty, or
+    `k` lies outside 0 .. n.
 
     Examples
     --------
@@ -308,7 +308,7 @@ def keep_largest(c: ArrayLike, k: int) -> FloatArray:
 
     Returns
     -------
-    kept (n,) array: a new array, each kept coefficient in its place. Raises TypeError or ValueError if `c` is not a;
+    kept (n,) array: a new array, each kept coefficient in its place. Raises TypeError or ValueError if `c` is not a
     one-dimensional array of finite real numbers or is empty, or `k` lies outside 0 .. n.
 
     Examples

@@ -25,7 +25,7 @@ def interval_grid(n: int, start: float = 0.0, stop: float = 1.0) -> FloatArray:
 
     Returns
     -------
-    x (n,) increasing, spacing h = (stop - start) / (n - 1). Raises TypeError or ValueError if n is no integer or below;
+    x (n,) increasing, spacing h = (stop - start) / (n - 1). Raises TypeError or ValueError if n is no integer or below
     2; start or stop is no number; stop is not above start.
 
     Examples
@@ -49,7 +49,7 @@ def gaussian(x: ArrayLike, centre: float, width: float) -> FloatArray:
 
     Returns
     -------
-    values (n,) pointwise, positive. Raises TypeError or ValueError if x is no array of numbers; centre or width is no;
+    values (n,) pointwise, positive. Raises TypeError or ValueError if x is no array of numbers; centre or width is no
     number; width is not positive.
 
     Examples
@@ -75,7 +75,7 @@ def trapezoid_weights(x: ArrayLike) -> FloatArray:
 
     Returns
     -------
-    w (n,) positive, in the unit of x. Raises TypeError or ValueError if x is no array of numbers, has fewer than two;
+    w (n,) positive, in the unit of x. Raises TypeError or ValueError if x is no array of numbers, has fewer than two
     points, or does not increase strictly.
 
     Examples
@@ -98,8 +98,8 @@ def hat_functions(x: ArrayLike, t: ArrayLike) -> FloatArray:
 
     Returns
     -------
-    B (m, n) between 0 and 1; rows sum to one inside the grid, and B @ f is the piecewise-linear function through f.;
-    Raises TypeError or ValueError if as `trapezoid_weights`, and t is no array of numbers.
+    B (m, n) between 0 and 1; rows sum to one inside the grid, and B @ f is the piecewise-linear function through f.
+    Raises TypeError or ValueError as `trapezoid_weights`, and t is no array of numbers.
 
     Examples
     --------
@@ -123,7 +123,7 @@ def hat_mass(x: ArrayLike) -> sp.csr_array:
 
     Returns
     -------
-    M (n, n) csr_array, integrated. Raises TypeError or ValueError if as `trapezoid_weights`.
+    M (n, n) csr_array, integrated. Raises TypeError or ValueError as `trapezoid_weights`.
 
     Examples
     --------
@@ -168,8 +168,8 @@ def norm(f: ArrayLike, M: object) -> float:
 
     Returns
     -------
-    length root of an integral; the root-mean-square of f times the root of the domain's length. Raises TypeError or;
-    ValueError if as `inner_product`.
+    length root of an integral; the root-mean-square of f times the root of the domain's length. Raises TypeError or
+    ValueError as `inner_product`.
 
     Examples
     --------
@@ -192,7 +192,7 @@ def best_coefficients(f: ArrayLike, B: ArrayLike, M: object) -> FloatArray:
 
     Returns
     -------
-    c (k,) coefficients; B @ c is the best approximation of f in the norm of M. Raises TypeError or ValueError if M is;
+    c (k,) coefficients; B @ c is the best approximation of f in the norm of M. Raises TypeError or ValueError if M is
     no real symmetric matrix; f or B has another number of rows; dependent columns.
 
     Examples
@@ -219,7 +219,7 @@ def orthonormalize(B: ArrayLike, M: object) -> FloatArray:
 
     Returns
     -------
-    Q (n, k) M-orthonormal columns, each with a positive M-product with its column of B. Raises TypeError or ValueError;
+    Q (n, k) M-orthonormal columns, each with a positive M-product with its column of B. Raises TypeError or ValueError
     if M is no real symmetric matrix; B has another number of rows; dependent columns.
 
     Examples
@@ -273,7 +273,7 @@ def balmer_lines(count: int = 4) -> FloatArray:
 
     Returns
     -------
-    wavelengths (count,) in nm, in vacuum, all above the limit 4 / R. Raises TypeError or ValueError if count is no;
+    wavelengths (count,) in nm, in vacuum, all above the limit 4 / R. Raises TypeError or ValueError if count is no
     integer or below 1.
 
     Examples
@@ -301,7 +301,7 @@ def line_spectrum(wavelengths: ArrayLike, lines: ArrayLike, powers: ArrayLike, w
 
     Returns
     -------
-    spectrum (n,) pointwise, W/nm. Raises TypeError or ValueError if an array holds no numbers or has the wrong shape;;
+    spectrum (n,) pointwise, W/nm. Raises TypeError or ValueError if an array holds no numbers or has the wrong shape;
     width is not positive.
 
     Examples
@@ -328,7 +328,7 @@ def blackbody_spectrum(wavelengths: ArrayLike, temperature: float) -> FloatArray
 
     Returns
     -------
-    spectrum (n,) pointwise, W / (m^2 sr nm); its top lies at 2.8978e6 nm K / T (Wien). Raises TypeError or ValueError;
+    spectrum (n,) pointwise, W / (m^2 sr nm); its top lies at 2.8978e6 nm K / T (Wien). Raises TypeError or ValueError
     if wavelengths hold no numbers or not only positive ones; temperature is not positive.
 
     Examples
@@ -358,7 +358,7 @@ def colour_matching(wavelengths: ArrayLike) -> FloatArray:
 
     Returns
     -------
-    C (3, n) pointwise; an invertible mix of the sensitivities of the eye's three kinds of cones. Raises TypeError or;
+    C (3, n) pointwise; an invertible mix of the sensitivities of the eye's three kinds of cones. Raises TypeError or
     ValueError if wavelengths hold no numbers.
 
     Examples
@@ -388,7 +388,7 @@ def spectrum_to_xyz(spectrum: ArrayLike, wavelengths: ArrayLike) -> FloatArray:
 
     Returns
     -------
-    xyz (3,) integrated by the trapezoid weights; Y is the luminance up to a unit. Raises TypeError or ValueError if an;
+    xyz (3,) integrated by the trapezoid weights; Y is the luminance up to a unit. Raises TypeError or ValueError if an
     array holds no numbers or has the wrong shape; wavelengths do not increase strictly.
 
     Examples
@@ -443,9 +443,9 @@ def metamer(spectrum: ArrayLike, wavelengths: ArrayLike, direction: ArrayLike) -
 
     Returns
     -------
-    other (n,) non-negative; spectrum_to_xyz gives the same three numbers up to roundoff. Raises TypeError or
-    ValueError; if an array holds no numbers or has the wrong shape; wavelengths do not increase strictly; spectrum is
-    not positive;; direction is a combination of the matching functions.
+    other (n,) non-negative; spectrum_to_xyz gives the same three numbers up to roundoff. Raises TypeError or ValueError
+    if an array holds no numbers or has the wrong shape; wavelengths do not increase strictly; spectrum is not positive;
+    direction is a combination of the matching functions.
 
     Examples
     --------

@@ -23,7 +23,7 @@ def nodal_domains(mesh: TriangleMesh, f: ArrayLike, *, tol: float = 0.0) -> IntA
 
     Returns
     -------
-    (n,) ndarray of int64: the labels, in the order of each domain's first vertex. Raises TypeError or ValueError if f;
+    (n,) ndarray of int64: the labels, in the order of each domain's first vertex. Raises TypeError or ValueError if f
     does not hold one finite number per vertex, or tol is negative.
 
     Examples

@@ -31,7 +31,7 @@ def torus_surface(R: float = 1.0, r: float = 0.4) -> Surface:
 
     Returns
     -------
-    Angles u (the long way round) and v (round the tube), arrays of one shape, to points (..., 3). Raises TypeError or;
+    Angles u (the long way round) and v (round the tube), arrays of one shape, to points (..., 3). Raises TypeError or
     ValueError if the radii do not satisfy 0 < r < R.
 
     Examples
@@ -61,7 +61,7 @@ def torus_curvatures(v: ArrayLike, R: float = 1.0, r: float = 0.4) -> tuple[Floa
 
     Returns
     -------
-    K, H (n,): in 1 / squared unit and 1 / unit of the radii; H is positive where the surface bulges outwards. Raises;
+    K, H (n,): in 1 / squared unit and 1 / unit of the radii; H is positive where the surface bulges outwards. Raises
     TypeError or ValueError if the angles are not finite numbers, or the radii do not satisfy 0 < r < R.
 
     Examples
@@ -85,8 +85,8 @@ def tangent_vectors(surface: Surface, u: ArrayLike, v: ArrayLike) -> tuple[Float
 
     Returns
     -------
-    x_u, x_v (..., 3): derivatives by fourth-order central differences, to about 1e-11 where the formula has unit;
-    scales. Raises TypeError or ValueError if the parameters are not finite numbers of one shape, or the surface does;
+    x_u, x_v (..., 3): derivatives by fourth-order central differences, to about 1e-11 where the formula has unit
+    scales. Raises TypeError or ValueError if the parameters are not finite numbers of one shape, or the surface does
     not return three coordinates.
 
     Examples
@@ -124,9 +124,9 @@ def first_fundamental_form(surface: Surface, u: ArrayLike, v: ArrayLike) -> Floa
 
     Returns
     -------
-    (..., 2, 2): positive definite where the tangent vectors are independent; singular where the chart collapses.
-    Raises; TypeError or ValueError if the parameters are not finite numbers of one shape, or the surface does not
-    return three; coordinates.
+    (..., 2, 2): positive definite where the tangent vectors are independent; singular where the chart collapses. Raises
+    TypeError or ValueError if the parameters are not finite numbers of one shape, or the surface does not return three
+    coordinates.
 
     Examples
     --------
@@ -151,8 +151,8 @@ def second_fundamental_form(surface: Surface, u: ArrayLike, v: ArrayLike) -> Flo
 
     Returns
     -------
-    (..., 2, 2): symmetric; second derivatives by fourth-order differences, to about 1e-10 where the formula has unit;
-    scales. Raises TypeError or ValueError if the parameters are not finite numbers of one shape, or the surface does;
+    (..., 2, 2): symmetric; second derivatives by fourth-order differences, to about 1e-10 where the formula has unit
+    scales. Raises TypeError or ValueError if the parameters are not finite numbers of one shape, or the surface does
     not return three coordinates.
 
     Examples
@@ -181,8 +181,8 @@ def surface_curvatures(surface: Surface, u: ArrayLike, v: ArrayLike) -> tuple[Fl
 
     Returns
     -------
-    K, H (...): in 1 / squared unit and 1 / unit of the points. Exchanging u and v turns the normal and the sign of H,;
-    never that of K. Not a number where the chart collapses. Raises TypeError or ValueError if the parameters are not;
+    K, H (...): in 1 / squared unit and 1 / unit of the points. Exchanging u and v turns the normal and the sign of H,
+    never that of K. Not a number where the chart collapses. Raises TypeError or ValueError if the parameters are not
     finite numbers of one shape, or the surface does not return three coordinates.
 
     Examples
@@ -219,7 +219,7 @@ def patch_area(surface: Surface, u_range: ArrayLike, v_range: ArrayLike, n: int 
 
     Returns
     -------
-    In squared units of the points. Raises TypeError or ValueError if a range does not increase, or `n` is not an;
+    In squared units of the points. Raises TypeError or ValueError if a range does not increase, or `n` is not an
     integer of at least 1.
 
     Examples
@@ -248,8 +248,8 @@ def patch_mesh(
 
     Returns
     -------
-    Vertex ``i * n_v + j`` lies at the i-th u and the j-th v; faces wind as x_u turns to x_v. Raises TypeError or;
-    ValueError if a range does not increase, a count is below 2, or the surface does not return three finite;
+    Vertex ``i * n_v + j`` lies at the i-th u and the j-th v; faces wind as x_u turns to x_v. Raises TypeError or
+    ValueError if a range does not increase, a count is below 2, or the surface does not return three finite
     coordinates.
 
     Examples
@@ -276,7 +276,7 @@ def coordinate_lines(
 
     Returns
     -------
-    (129, 3) tuple of ndarray: first the curves of constant u, then those of constant v. Raises TypeError or ValueError;
+    (129, 3) tuple of ndarray: first the curves of constant u, then those of constant v. Raises TypeError or ValueError
     if a range does not increase, or a count is negative.
 
     Examples

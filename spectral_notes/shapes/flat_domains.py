@@ -44,7 +44,7 @@ def rectangle(width: float = 1.0, height: float = 1.0, n_x: int = 41, n_y: int =
 
     Returns
     -------
-    Vertex ``i * n_y + j`` lies at the i-th x and the j-th y. Raises TypeError or ValueError if a size is not positive;
+    Vertex ``i * n_y + j`` lies at the i-th x and the j-th y. Raises TypeError or ValueError if a size is not positive
     or a count below 2.
 
     Examples
@@ -71,7 +71,7 @@ def disk(radius: float = 1.0, n_rings: int = 32) -> TriangleMesh:
 
     Returns
     -------
-    One boundary loop of ``6 * n_rings`` vertices. Raises TypeError or ValueError if the radius is not positive or;
+    One boundary loop of ``6 * n_rings`` vertices. Raises TypeError or ValueError if the radius is not positive or
     `n_rings` is below 1.
 
     Examples
@@ -123,7 +123,7 @@ def gww_drums(refinement: int = 16) -> tuple[TriangleMesh, TriangleMesh]:
 
     Returns
     -------
-    tuple of TriangleMesh: both have area 14 and perimeter 12 + 6 sqrt(2). Raises TypeError or ValueError if;
+    tuple of TriangleMesh: both have area 14 and perimeter 12 + 6 sqrt(2). Raises TypeError or ValueError if
     `refinement` is not an integer of at least 1.
 
     Examples
@@ -150,9 +150,9 @@ def flat_torus(width: float = 1.0, height: float = 1.0, n_x: int = 32, n_y: int 
 
     Returns
     -------
-    faces ndarray (m, 3): vertex ``i * n_y + j`` lies at (i width / n_x, j height / n_y); lengths ndarray (m, 3):
-    column; c holds the length of the edge opposite to corner c of each face, as in libigl. Raises TypeError or
-    ValueError if a; size is not positive or a count below 3.
+    faces ndarray (m, 3): vertex ``i * n_y + j`` lies at (i width / n_x, j height / n_y); lengths ndarray (m, 3): column
+    c holds the length of the edge opposite to corner c of each face, as in libigl. Raises TypeError or ValueError if a
+    size is not positive or a count below 3.
 
     Examples
     --------

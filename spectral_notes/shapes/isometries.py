@@ -23,7 +23,7 @@ def sheet(bend: float = 0.0, n_long: int = 61, n_wide: int = 37) -> TriangleMesh
 
     Returns
     -------
-    With a boundary; the faces do not depend on `bend`: vertex ``i * n_wide + j`` is always the same point of paper.;
+    With a boundary; the faces do not depend on `bend`: vertex ``i * n_wide + j`` is always the same point of paper.
     Raises TypeError or ValueError if `bend` is not a finite number, or a count is below 2.
 
     Examples
@@ -62,8 +62,8 @@ def spherical_cap(half_angle: float = 1.2, n_rings: int = 36, rings_pushed_in: i
 
     Returns
     -------
-    One boundary loop; the faces do not depend on `rings_pushed_in`. Raises TypeError or ValueError if `half_angle`
-    does; not lie between 0 and pi, or a count is out of range.
+    One boundary loop; the faces do not depend on `rings_pushed_in`. Raises TypeError or ValueError if `half_angle` does
+    not lie between 0 and pi, or a count is out of range.
 
     Examples
     --------

@@ -67,7 +67,7 @@ def spherical_harmonics(points: ArrayLike, degree: int) -> FloatArray:
 
     Returns
     -------
-    (n, 2 l + 1): pointwise values; order m = -l .. l, the sines first. Raises TypeError or ValueError if the degree is;
+    (n, 2 l + 1): pointwise values; order m = -l .. l, the sines first. Raises TypeError or ValueError if the degree is
     not a count, or a point lies at the origin.
 
     Examples
@@ -105,7 +105,7 @@ def weyl_count(values: ArrayLike, area: float, boundary: float = 0.0, *, ends: s
 
     Returns
     -------
-    (p,): counts, not rounded; the law is an average. Raises TypeError or ValueError if a value is negative, the area;
+    (p,): counts, not rounded; the law is an average. Raises TypeError or ValueError if a value is negative, the area
     not positive, the boundary negative or the condition neither of the two.
 
     Examples
@@ -136,8 +136,8 @@ def principal_angles(A: ArrayLike, B: ArrayLike, M: sp.csr_array) -> FloatArray:
 
     Returns
     -------
-    (q,): angles in radians, 0 .. pi / 2. Raises TypeError or ValueError if the shapes do not fit, or B has more
-    columns; than A.
+    (q,): angles in radians, 0 .. pi / 2. Raises TypeError or ValueError if the shapes do not fit, or B has more columns
+    than A.
 
     References
     ----------

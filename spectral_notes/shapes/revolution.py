@@ -38,7 +38,7 @@ def revolution_eigenvalues(profile: Profile, k: int, *, kind: str, n: int = 64) 
 
     Returns
     -------
-    evals (k,): eigenvalues, in 1 / length^2; orders (k,) ndarray of int64: the order m of each; m > 0 comes twice.;
+    evals (k,): eigenvalues, in 1 / length^2; orders (k,) ndarray of int64: the order m of each; m > 0 comes twice.
     Raises TypeError or ValueError if a count is out of range or the kind neither of the two.
 
     Examples
@@ -100,7 +100,7 @@ def torus_eigenvalues(k: int, R: float = 1.0, r: float = 0.4, *, n: int = 64) ->
 
     Returns
     -------
-    evals (k,): eigenvalues, in 1 / length^2; orders (k,) ndarray of int64: the order m of each; m > 0 comes twice.;
+    evals (k,): eigenvalues, in 1 / length^2; orders (k,) ndarray of int64: the order m of each; m > 0 comes twice.
     Raises TypeError or ValueError if a count is out of range, or the radii do not satisfy 0 < r < R.
 
     Examples

@@ -75,7 +75,7 @@ def potato(seed: int = 0, subdivisions: int = 5) -> TriangleMesh:
 
     Returns
     -------
-    Closed, genus 0; about 2.8 long. Raises TypeError or ValueError if `seed` is not an integer of at least 0, or;
+    Closed, genus 0; about 2.8 long. Raises TypeError or ValueError if `seed` is not an integer of at least 0, or
     `subdivisions` not one between 0 and 8.
 
     Examples
@@ -105,7 +105,7 @@ def torus(n_major: int = 120, n_minor: int = 50, R: float = 1.0, r: float = 0.4)
 
     Returns
     -------
-    Closed, genus 1; vertex ``i * n_minor + j`` lies at u = 2 pi i / n_major, v = 2 pi j / n_minor. Raises TypeError or;
+    Closed, genus 1; vertex ``i * n_minor + j`` lies at u = 2 pi i / n_major, v = 2 pi j / n_minor. Raises TypeError or
     ValueError if a count is below 3, or the radii do not satisfy 0 < r < R.
 
     Examples
@@ -142,7 +142,7 @@ def torus_patch(
 
     Returns
     -------
-    Vertex ``i * n_minor + j`` lies at the i-th u and the j-th v. Raises TypeError or ValueError if a range does not;
+    Vertex ``i * n_minor + j`` lies at the i-th u and the j-th v. Raises TypeError or ValueError if a range does not
     increase or is a full turn or more, a count is below 2, or not 0 < r < R.
 
     Examples

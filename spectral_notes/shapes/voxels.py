@@ -93,8 +93,8 @@ def voxelize(mesh: TriangleMesh, step: float) -> VoxelGrid:
 
     Returns
     -------
-    VoxelGrid: with a rim of empty cubes around the mesh. Raises TypeError or ValueError if the mesh has a boundary,
-    the; step is not positive or so small that the grid would be enormous, or no centre lies inside.
+    VoxelGrid: with a rim of empty cubes around the mesh. Raises TypeError or ValueError if the mesh has a boundary, the
+    step is not positive or so small that the grid would be enormous, or no centre lies inside.
 
     Examples
     --------
@@ -130,8 +130,8 @@ def voxel_shell(mesh: TriangleMesh, step: float, half_width: float = 2.0) -> Vox
 
     Returns
     -------
-    VoxelGrid: the shell; its volume is near the area times 2 half_width step. Raises TypeError or ValueError if step
-    or; half_width is not positive, or the grid would be enormous.
+    VoxelGrid: the shell; its volume is near the area times 2 half_width step. Raises TypeError or ValueError if step or
+    half_width is not positive, or the grid would be enormous.
 
     Examples
     --------

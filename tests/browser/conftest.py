@@ -27,7 +27,7 @@ OPTIONS = [
     "--no-sandbox", "--disable-quic", "--no-first-run", "--disable-background-networking", "--disable-sync",
     "--disable-component-update", "--use-gl=angle", "--use-angle=swiftshader", "--enable-unsafe-swiftshader",
 ]
-PATIENCE = 120_000  # milliseconds; drawing without a graphics card on a busy machine is slow
+PATIENCE = 60_000  # milliseconds; drawing without a graphics card on a busy machine is slow
 
 
 def missing(what: str) -> None:
