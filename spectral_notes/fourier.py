@@ -64,8 +64,8 @@ def fourier_basis(n: int) -> tuple[FloatArray, IntArray]:
     Returns
     -------
     Q (n, n) array: the waves as columns of length 1: analyze with c = Q.T @ f, synthesize with f = Q @ c; frequencies
-    (n,) int array: oscillations round the circle of each column: 0, 1, 1, 2, 2, and so on. Raises TypeError or ValueError if `n`
-    is not an integer of at least 1.
+    (n,) int array: oscillations round the circle of each column: 0, 1, 1, 2, 2, and so on. Raises TypeError or
+    ValueError if `n` is not an integer of at least 1.
 
     Examples
     --------
