@@ -58,7 +58,8 @@ class Marks:
 
     Raises
     ------
-    ValueError if there is no verdict or or the points are not positive. .
+    ValueError
+        If there is no verdict or or the points are not positive.
 
     Examples
     --------

@@ -52,8 +52,10 @@ def write_arrays(
 
     Raises
     ------
-    TypeError or ValueError if the ending is none of the four, a function does not fit the shape, or `colors` names none
-    of them; OSError if the folder does not exist or cannot be written to.
+    TypeError, ValueError
+        If the ending is none of the four, a function does not fit the shape, or `colors` names none of them.
+    OSError
+        If the folder does not exist or cannot be written to.
 
     Examples
     --------

@@ -99,8 +99,11 @@ def test_a_drag_turns_a_wheel_and_a_swipe_scroll_the_page(visit):
         assert page.locator(".viewer-canvas").evaluate("(c) => getComputedStyle(c).touchAction") == "pan-y"
         session = page.context.new_cdp_session(page)
         box = page.locator(".scene-view").bounding_box()
-        start, x, y = page.evaluate("scrollY"), box["x"] + box["width"] / 2, min(box["y"] + box["height"] / 2, 700)
-        session.send("Input.synthesizeScrollGesture", {"x": x, "y": max(y, 60), "yDistance": -150, "gestureSourceType": "touch"})
+        start, x, y = page.evaluate("scrollY"), box["x"] + box["width"] / 2, box["y"] + box["height"] / 2
+        session.send("Input.dispatchTouchEvent", {"type": "touchStart", "touchPoints": [{"x": x, "y": y}]})
+        for step in range(1, 11):
+            session.send("Input.dispatchTouchEvent", {"type": "touchMove", "touchPoints": [{"x": x, "y": y - 15 * step}]})
+        session.send("Input.dispatchTouchEvent", {"type": "touchEnd", "touchPoints": []})
         page.wait_for_function("(start) => scrollY > start + 80", arg=start)
 
 
