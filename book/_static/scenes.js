@@ -12,7 +12,7 @@
   /** Wrap the still of a figure and put the button on it. */
   function prepare(list) {
     const figure = document.getElementById(list.dataset.figure);
-    const stills = figure ? [...figure.querySelectorAll("img")] : [];
+    const stills = figure ? [...figure.querySelectorAll("img")].map((still) => still.closest("picture") ?? still) : [];
     if (!stills.length) return;
     const number = figure.querySelector(".caption-number");
     const name = number ? number.textContent.trim() : "the picture";
