@@ -22,12 +22,12 @@ from playwright.sync_api import Browser, Page, Response, sync_playwright
 
 ROOT = Path(__file__).resolve().parents[2]
 HTML = Path(os.environ.get("SPECTRAL_NOTES_HTML", ROOT / "_build" / "html"))
-BROWSERS = ("chromium-headless-shell", "chromium", "chromium-browser", "google-chrome", "google-chrome-stable")
+BROWSERS = ("chromium", "chromium-browser", "google-chrome", "google-chrome-stable")
 OPTIONS = [
     "--no-sandbox", "--disable-quic", "--no-first-run", "--disable-background-networking", "--disable-sync",
     "--disable-component-update", "--use-gl=angle", "--use-angle=swiftshader", "--enable-unsafe-swiftshader",
 ]
-PATIENCE = 60_000  # milliseconds; drawing without a graphics card on a busy machine is slow
+PATIENCE = 120_000  # milliseconds; drawing without a graphics card on a busy machine is slow
 
 
 def missing(what: str) -> None:

