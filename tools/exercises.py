@@ -4,7 +4,7 @@ An exercise is a run of cells:
 
     {exercise-start}        markdown, tagged objective-N.M; perhaps code that gives data
     answer                  code: names that begin with my_, each set to `...` or a function whose body is `...`
-    check                   code: prints the verdicts on these names
+    check                   code, folded by hide-input: prints the verdicts on these names
     {solution-start}        markdown; from here to {solution-end} every cell is tagged solution
     solution                code that sets the same names, discussion, and last the check once more, word for word
 """
@@ -113,6 +113,8 @@ def exercise_faults(exercise: Exercise) -> Iterator[str]:
         yield f"has {len(exercise.answers)} answer cells and {len(exercise.checks)} check cells; one check is asked for"
         return
     check, asked = exercise.checks[0], answer_names(exercise)
+    if "hide-input" not in tags(check):
+        yield "shows the code of its check; the tag hide-input folds it"
     used = {name for name in names_used(check.source) if name.startswith("my_")}
     if not asked or used != asked:
         yield f"asks for {sorted(asked)} and checks {sorted(used)}"

@@ -117,11 +117,11 @@
     for (const image of document.querySelectorAll("img[loading=lazy]")) image.loading = "eager";
   }
 
-  /** A formula wider than its column scrolls, by keys too: it becomes a stop of the Tab key, and only then. */
-  function wideFormulas() {
-    for (const formula of document.querySelectorAll("mjx-container[display=true]")) {
-      if (formula.scrollWidth > formula.clientWidth) formula.tabIndex = 0;
-      else formula.removeAttribute("tabindex");
+  /** What is wider than its column scrolls, by keys too: it becomes a stop of the Tab key, and only then. */
+  function scrolling() {
+    for (const one of document.querySelectorAll("mjx-container[display=true], article :is(table, figure, .scene-frame)")) {
+      if (one.scrollWidth > one.clientWidth && getComputedStyle(one).overflowX !== "visible") one.tabIndex = 0;
+      else one.removeAttribute("tabindex");
     }
   }
 
@@ -154,8 +154,8 @@
     follow(); // the folding buttons are made by then
     mark();
     window.MathJax?.startup?.promise?.then(() => {
-      wideFormulas();
-      addEventListener("resize", wideFormulas);
+      scrolling();
+      addEventListener("resize", scrolling);
     });
   });
 })();
