@@ -18,7 +18,7 @@ from http.server import SimpleHTTPRequestHandler, ThreadingHTTPServer
 from pathlib import Path
 
 import pytest
-from playwright.sync_api import Browser, Page, Response, sync_playwright
+from playwright.sync_api import Browser, Page, Request, Response, sync_playwright
 
 ROOT = Path(__file__).resolve().parents[2]
 HTML = Path(os.environ.get("SPECTRAL_NOTES_HTML", ROOT / "_build" / "html"))
@@ -56,9 +56,14 @@ class Watch:
         """Listen to a page from now on."""
         page.on("console", lambda message: self.errors.append(message.text) if message.type == "error" else None)
         page.on("pageerror", lambda error: self.errors.append(str(error)))
-        page.on("requestfailed", lambda request: self.errors.append(f"{request.url[:120]}: {request.failure}"))
+        page.on("requestfailed", self._fail)
         page.on("request", lambda request: self._ask(request.url))
         page.on("response", self._weigh)
+
+    def _fail(self, request: Request) -> None:
+        """Note a request that failed; one that the browser gave up, as it does when a page goes on, is no fault."""
+        if request.failure != "net::ERR_ABORTED":
+            self.errors.append(f"{request.url[:120]}: {request.failure}")
 
     def _ask(self, url: str) -> None:
         """Note a request that leaves the book."""

@@ -201,13 +201,11 @@ def test_without_scripts_the_page_is_light_and_the_code_is_read(browser, http):
 
 def test_without_storage_everything_still_works(visit):
     with visit("book/index.html") as (page, watch):
-        page.wait_for_load_state("networkidle")  # what is still on its way would be given up, which is an error
         page.add_init_script("Object.defineProperty(window, 'localStorage', { configurable: true, get() { throw new DOMException('denied', 'SecurityError'); } })")
         page.goto(page.url.replace("index", "01_function_spaces"))
         page.locator(".theme-switch-button").first.click()
         page.get_by_label("Your prediction").first.fill("it doubles")
         page.get_by_label("Your prediction").first.press("Enter")
-        page.wait_for_load_state("networkidle")
         page.goto(page.url.split("book/")[0] + "search.html?q=metamer")
         page.locator("ul.search li a").first.wait_for()
         assert watch.faults() == []

@@ -318,6 +318,7 @@ def test_the_explorer_shows_eigenvalues_of_python_and_keeps_to_courant(visit):
             assert k != 1 or pieces == allowed
             assert k < 57 or pieces < 0.7 * allowed
         lab.choose("Shape", "egg")
+        lab.root.locator(".lab-scene canvas").wait_for()
         assert lab.root.locator(".lab-scene").count() == 1
 
 
