@@ -22,6 +22,7 @@ from pathlib import Path
 import exercises
 import nbformat
 import notebooks
+import question_bank
 import variants
 from judge import MARKERS, Assignment
 
@@ -137,6 +138,7 @@ def main(arguments: list[str] | None = None) -> int:
     if status := write_teacher(course / "teacher", options.seed):
         return status
     write_students(course / "students", course / "teacher" / "release")
+    question_bank.write(course / "teacher" / "questions")
     sys.stderr.write(f"course: give {course / 'students'} away, and keep {course / 'teacher'}\n")
     return 0
 
