@@ -34,7 +34,7 @@ TOOLS := $(wildcard tools/*.py)
 TESTS := $(shell find tests classroom/source -type f -name '*.py' -o -name '*.md' -o -name '*.ipynb') $(wildcard benchmarks/*.py classroom/*.py)
 
 # The peers of the benchmarks (lapy, pyfmaps, cholespy) are left out where they are not installed.
-.PHONY: help book pdf slides test lint browser course mark notebooks serve lab bench fuzz matrix wheel pins clean distclean
+.PHONY: help book pdf epub slides test lint browser course mark notebooks serve lab bench fuzz matrix wheel pins clean distclean
 
 help:  ## list the targets
 	@awk -F ':.*## ' '/^[a-z]+:.*## / {printf "  make %-12s %s\n", $$1, $$2}' $(MAKEFILE_LIST)
@@ -46,6 +46,9 @@ browser: $(STAMPS)/browser  ## open every page of the built book in Chromium: er
 
 pdf: book  ## print the book as one PDF beside its pages (EDITION=student: without solutions)
 	$(PY) tools/print_book.py $(HTML) --into $(HTML)/_downloads --edition $(EDITION)
+
+epub: book  ## make an EPUB of the book, checked by EPUBCheck where it is installed (EDITION=student: without solutions)
+	$(PY) tools/epub_book.py $(HTML) --into $(HTML)/_downloads --edition $(EDITION)
 
 slides: book  ## make a deck of slides for each chapter, and one for the two-hour tutorial
 	$(PY) tools/slides.py $(HTML) --into $(HTML)/slides

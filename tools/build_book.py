@@ -26,6 +26,7 @@ from pathlib import Path
 from typing import Any
 
 import check_book
+import downloads
 import exercises
 import lab_files
 import notebooks
@@ -140,6 +141,7 @@ def main(arguments: list[str] | None = None) -> int:
         objectives.fill(source)
     if status := render(source, parent):
         return status
+    downloads.offer(parent / "_build" / "html")
     return check_book.main([str(parent / "_build" / "html"), "--toc", str(root / "_toc.yml")])
 
 

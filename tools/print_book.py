@@ -14,19 +14,23 @@ import re
 import shutil
 import sys
 import tempfile
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
+import downloads
 import yaml
 from bs4 import BeautifulSoup, Tag
 from PIL import Image
-from playwright.sync_api import sync_playwright
+from playwright.sync_api import Page, sync_playwright
 from pypdf import PdfReader
 
+TITLE = "Spectral Geometry Notes"
 BROWSERS = ("chromium", "chromium-browser", "google-chrome", "google-chrome-stable")
 LEFT_AWAY = (
     ".headerlink, .scenes, .only-dark, .copybtn, form, button, script, style, source, details.hide, .onlyprint, "
-    ".tag_remove-input > .cell_input, nav, .sd-card-hover"
+    ".downloads, .tag_remove-input > .cell_input, nav, .sd-card-hover"
 )
 JPEG_QUALITY = 88
 PATIENCE = 900_000  # milliseconds
@@ -148,22 +152,29 @@ def one_page(root: Path, toc: Path, title: str, pictures: Path, numbers: dict[st
     )
 
 
-def print_page(text: str, target: Path) -> None:
-    """Print a page of HTML into a PDF."""
+@contextmanager
+def started_browser() -> Iterator[Page]:
+    """Yield a page of a browser without a window."""
     browser_path = next(filter(None, map(shutil.which, BROWSERS)), None)
     if browser_path is None:
         raise FileNotFoundError(f"printing needs a browser: none of {', '.join(BROWSERS)} is installed")
-    source = target.with_suffix(".html")
-    source.write_text(text, encoding="utf-8")
     with sync_playwright() as playwright:
         browser = playwright.chromium.launch(executable_path=browser_path, args=["--no-sandbox", "--disable-gpu"])
         page = browser.new_page()
         page.set_default_timeout(PATIENCE)
+        yield page
+        browser.close()
+
+
+def print_page(text: str, target: Path) -> None:
+    """Print a page of HTML into a PDF."""
+    source = target.with_suffix(".html")
+    source.write_text(text, encoding="utf-8")
+    with started_browser() as page:
         page.goto(source.as_uri(), wait_until="load")
         page.wait_for_function("window.ready === true")
         form: dict[str, Any] = {"display_header_footer": True, "header_template": "<p></p>", "footer_template": FOOTER}
         page.pdf(path=target, outline=True, tagged=True, prefer_css_page_size=True, print_background=True, **form)
-        browser.close()
     source.unlink()
 
 
@@ -184,17 +195,18 @@ def main(arguments: list[str] | None = None) -> int:
     options = parser.parse_args(arguments)
     root = options.html.resolve()
     options.into.mkdir(parents=True, exist_ok=True)
-    target = options.into.resolve() / f"spectral-geometry-notes{'-student' if options.edition == 'student' else ''}.pdf"
+    target = options.into.resolve() / f"{downloads.name(options.edition)}.pdf"
     with tempfile.TemporaryDirectory() as folder:
         numbers: dict[str, int] = {}
         for _ in range(2):
             trial = Path(folder) / "book.pdf"
-            print_page(one_page(root, options.toc, "Spectral Geometry Notes", Path(folder), numbers), trial)
+            print_page(one_page(root, options.toc, TITLE, Path(folder), numbers), trial)
             numbers = page_numbers(trial)
         shutil.copyfile(trial, target)
     reader = PdfReader(target)
     size = target.stat().st_size / 1e6
     print(f"{target.name}: {len(reader.pages)} pages, {size:.1f} MB, {len(reader.outline)} bookmarks at the top")
+    downloads.offer(root)
     return 0
 
 

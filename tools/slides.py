@@ -17,6 +17,7 @@ import sys
 from importlib.resources import as_file, files
 from pathlib import Path
 
+import downloads
 import yaml
 from bs4 import BeautifulSoup, Tag
 
@@ -29,7 +30,6 @@ DECK = """<!DOCTYPE html>
 <title>{title}</title>
 <link rel="stylesheet" href="reveal/dist/reset.css"><link rel="stylesheet" href="reveal/dist/reveal.css">
 <style>
-body {{ background: #fff; color: #1c1e21; }}
 body {{ background: #fff; color: #1c1e21; }}
 .reveal {{ font: 26px/1.35 "DejaVu Sans", "Source Sans 3", sans-serif; }}
 .reveal h1, .reveal h2 {{ font: bold 1.5em/1.2 "DejaVu Sans", sans-serif; letter-spacing: 0; text-transform: none; }}
@@ -136,6 +136,7 @@ def main(arguments: list[str] | None = None) -> int:
     print(f"tutorial: {len(tutorial)} slides")
     listed = slide("Slides", f'<ul><li><a href="tutorial.html">The two-hour tutorial</a></li>{"".join(links)}</ul>')
     write_deck(options.into / "index.html", "Slides", [listed])
+    downloads.offer(options.html)
     return 0
 
 
