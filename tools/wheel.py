@@ -71,7 +71,7 @@ def use(archive: Path, scratch: Path) -> None:
         make = [uv, "venv", "--quiet", "--python", sys.executable]
         install = [uv, "pip", "install", "--python", str(python)]
     subprocess.run([*make, str(environment)], check=True)
-    subprocess.run([*install, "--quiet", str(archive)], check=True)
+    subprocess.run([*install, "--quiet", f"{archive}[pictures]"], check=True)
     code = USE.format(environment=str(environment.resolve()), readme=readme_example())
     subprocess.run([str(python), "-I", "-c", code], check=True, cwd=scratch)
     for script in sorted(python.parent.glob("spectral-notes*")):

@@ -206,6 +206,9 @@ def check_pictures() -> Finding:
         says = f"MPLBACKEND={backend} in the environment: a notebook draws every figure and shows none"
         remedy = "unset MPLBACKEND (Windows: set MPLBACKEND=), and start the notebook anew"
         return Finding("pictures", "broken", says, remedy)
+    if find_spec("pyvista") is None:
+        says = "pyvista is not installed: no pictures of surfaces; everything else works"
+        return Finding("pictures", "note", says, 'python -m pip install "spectral-notes[pictures]"')
     try:
         run = subprocess.run([sys.executable, "-c", SCENE], capture_output=True, text=True, timeout=300, check=False)
     except subprocess.TimeoutExpired:

@@ -1,11 +1,11 @@
 """Formats that well-kept libraries read: glTF and 3MF (trimesh), VTK and VTU (PyVista), GIFTI and FreeSurfer (nibabel).
 
-They are the extra `formats`. VTK, which is compiled, reads in a process of its own: some files end it.
+They are the extras `formats` and `pictures`. VTK, which is compiled, reads in a process of its own: some files end it.
 """
 
 from __future__ import annotations
 
-import importlib
+import importlib.util
 import re
 import subprocess
 import sys
@@ -32,10 +32,13 @@ def read_foreign(data: bytes, ending: str, path: Path | None) -> Polygons:
     """Return vertices and polygons of a file that a library reads."""
     name = MODULES[ending]
     try:
+        if importlib.util.find_spec(name) is None:  # VTK is never loaded here
+            raise ModuleNotFoundError(name=name)
         module = importlib.import_module(name) if name != "pyvista" else None
     except ModuleNotFoundError as error:
         what = f"{ending} files are read by {name}, and {error.name} is missing"
-        raise ModuleNotFoundError(f'{what}; pip install "spectral-notes[formats]" brings it') from error
+        extra = "pictures" if name == "pyvista" else "formats"
+        raise ModuleNotFoundError(f'{what}; pip install "spectral-notes[{extra}]" brings it') from error
     with tempfile.TemporaryDirectory() as folder:
         if path is None:
             path = Path(folder, f"shape{ending}")

@@ -8,7 +8,11 @@ from typing import Any
 
 
 def load_pyvista() -> Any:
-    """Return the module pyvista."""
+    """Return the module pyvista, or say how to get it: pictures are an extra of the library."""
     with warnings.catch_warnings():
         warnings.filterwarnings("ignore", message="IProgress not found")
-        return importlib.import_module("pyvista")
+        try:
+            return importlib.import_module("pyvista")
+        except ModuleNotFoundError as error:
+            what = f"pictures of surfaces are drawn by pyvista, and {error.name} is missing"
+            raise ModuleNotFoundError(f'{what}; pip install "spectral-notes[pictures]" brings it') from error

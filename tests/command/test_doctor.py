@@ -97,6 +97,12 @@ def test_the_factor_in_use_is_said(monkeypatch, installed):
     )
 
 
+def test_without_pyvista_the_extra_is_named_and_nothing_is_broken(monkeypatch):
+    monkeypatch.setattr(doctor, "find_spec", {}.get)
+    found = doctor.check_pictures()
+    assert (found.status, found.remedy) == ("note", 'python -m pip install "spectral-notes[pictures]"')
+
+
 @pytest.mark.parametrize(
     ("code", "out", "err", "says"),
     [

@@ -5,7 +5,6 @@ from __future__ import annotations
 import bz2
 import codecs
 import gzip
-import importlib
 import lzma
 import struct
 import subprocess
@@ -332,17 +331,11 @@ def test_surfaces_of_brains(tmp_path):
             read_mesh(tmp_path / name)
 
 
-def test_a_format_whose_library_is_missing_names_the_extra(monkeypatch):
-    real = importlib.import_module
-
-    def without(name, *rest):
-        if name in ("trimesh", "nibabel"):
-            raise ModuleNotFoundError(f"No module named {name!r}", name=name)
-        return real(name, *rest)
-
-    monkeypatch.setattr(foreign.importlib, "import_module", without)
-    with pytest.raises(ModuleNotFoundError, match=r'.glb files are read by trimesh, .*pip install "spectral-notes\[formats\]" brings it'):
-        shape_from_bytes(b"glTF", ".glb")
+@pytest.mark.parametrize(("ending", "library", "extra"), [(".glb", "trimesh", "formats"), (".vtk", "pyvista", "pictures")])
+def test_a_format_whose_library_is_missing_names_the_extra(monkeypatch, ending, library, extra):
+    monkeypatch.setattr(foreign.importlib.util, "find_spec", {}.get)
+    with pytest.raises(ModuleNotFoundError, match=rf'{ending} files are read by {library}, .*"spectral-notes\[{extra}\]" brings it'):
+        shape_from_bytes(b"glTF", ending)
 
 
 def test_one_line_in_and_out_of_other_libraries():

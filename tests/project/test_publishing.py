@@ -172,7 +172,8 @@ def test_citation_deposits_and_package_agree() -> None:
 
 def test_the_recipe_asks_for_what_the_package_needs() -> None:
     project = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
-    names = {re.split(r"[\s<>=;!\[]", line)[0].lower() for line in project["dependencies"]}
+    lines = project["dependencies"] + project["optional-dependencies"]["pictures"]  # a recipe has no extras
+    names = {re.split(r"[\s<>=;!\[]", line)[0].lower() for line in lines}
     run = yaml.safe_load((ROOT / "tools/conda/recipe.yaml").read_text(encoding="utf-8"))["requirements"]["run"]
     there = {re.split(r"[\s<>=]", line)[0].lower() for line in run if isinstance(line, str)}
     elsewhere = {"matplotlib-base": "matplotlib", "robust_laplacian": "robust-laplacian"}
