@@ -16,9 +16,12 @@ READY := $(ENV)/.spectral-notes-ready
 STAMPS := _build/stamps
 JOBS ?= 2
 EDITION ?= full
+# What an edition is called: full, student, 2, student-1-3; all but the whole book have a folder of their own.
+NAME := $(or $(shell echo $(filter student,$(EDITION)) $(PARTS) | tr ' ' '-'),full)
+BUILT := _build/$(if $(filter-out full,$(NAME)),$(NAME)/)
 COURSE ?= course
 FUZZ_SECONDS ?= 300
-HTML := $(if $(filter student,$(EDITION)),_build/student/)_build/html
+HTML := $(if $(filter-out full,$(NAME)),$(BUILT))_build/html
 INSTALL = $(if $(shell command -v uv),uv pip install --quiet --python $(PY),$(PY) -m pip install --quiet)
 
 # Printed digits must not depend on the number of cores: one BLAS thread a process.
@@ -39,13 +42,13 @@ TESTS := $(shell find tests classroom/source -type f -name '*.py' -o -name '*.md
 help:  ## list the targets
 	@awk -F ':.*## ' '/^[a-z]+:.*## / {printf "  make %-12s %s\n", $$1, $$2}' $(MAKEFILE_LIST)
 
-book: $(STAMPS)/book-$(EDITION)  ## render the book into _build/html (EDITION=student: without solutions)
+book: $(STAMPS)/book-$(NAME)  ## render the book into _build/html (EDITION=student: without solutions; PARTS="2": a part)
 test: $(STAMPS)/test  ## unit tests, doctests, and every stored output against a fresh run
 lint: $(STAMPS)/lint  ## ruff, mypy --strict, the import layers, the form of the notebooks
 browser: $(STAMPS)/browser  ## open every page of the built book in Chromium: errors, requests, scenes, accessibility
 
 pdf: book  ## print the book as one PDF beside its pages (EDITION=student: without solutions)
-	$(PY) tools/print_book.py $(HTML) --into $(HTML)/_downloads --edition $(EDITION)
+	$(PY) tools/print_book.py $(HTML) --into $(HTML)/_downloads --edition $(EDITION) --toc $(BUILT)source/_toc.yml
 
 epub: book  ## make an EPUB of the book, checked by EPUBCheck where it is installed (EDITION=student: without solutions)
 	$(PY) tools/epub_book.py $(HTML) --into $(HTML)/_downloads --edition $(EDITION)
@@ -63,7 +66,7 @@ notebooks: $(READY)  ## run the notebooks (or NB=book/NAME.ipynb) and store thei
 	$(PY) tools/notebooks.py run --jobs $(JOBS) $(NB)
 
 serve: book  ## look at the book at http://localhost:8000
-	$(PY) -m http.server --bind 127.0.0.1 --directory $(if $(filter student,$(EDITION)),_build/student/)_build/html 8000
+	$(PY) -m http.server --bind 127.0.0.1 --directory $(HTML) 8000
 
 lab: $(READY)  ## open the notebooks in JupyterLab
 	$(PY) -m jupyterlab book
@@ -93,8 +96,8 @@ clean:  ## remove everything that was built
 distclean: clean  ## remove .venv as well
 	rm -rf .venv *.egg-info
 
-$(STAMPS)/book-full $(STAMPS)/book-student: $(STAMPS)/book-%: $(READY) $(BOOK) $(LIBRARY) $(TOOLS)
-	$(PY) tools/build_book.py --jobs $(JOBS) --edition $*
+$(STAMPS)/book-%: $(READY) $(BOOK) $(LIBRARY) $(TOOLS)
+	$(PY) tools/build_book.py --jobs $(JOBS) --edition $(if $(findstring student,$*),student,full) $(addprefix --parts ,$(filter-out student full,$(subst -, ,$*)))
 	@mkdir -p $(STAMPS) && touch $@
 
 $(STAMPS)/test: $(READY) $(BOOK) $(LIBRARY) $(TOOLS) $(TESTS)

@@ -31,12 +31,13 @@ import exercises
 import lab_files
 import notebooks
 import objectives
+import part_edition
 import scene_files
 import viewer_files
 import yaml
 
 ROOT = Path(__file__).resolve().parents[1]
-EXTENSIONS = ("offline_mathjax", "reference_pages", "page_finish", "figure_twins")
+EXTENSIONS = ("offline_mathjax", "reference_pages", "page_finish", "figure_twins", "part_edition")
 STAGED = ("_toc.yml", "CHANGELOG.md", "book", *(f"tools/{name}.py" for name in EXTENSIONS))
 LAUNCH_SERVICES = {"binderhub_url": "https://mybinder.org", "colab_url": "https://colab.research.google.com"}
 SKIPPED_PARTS = ("__pycache__", ".ipynb_checkpoints")
@@ -122,27 +123,33 @@ def main(arguments: list[str] | None = None) -> int:
     parser.add_argument("--root", type=Path, default=ROOT, help="the folder that holds _config.yml")
     parser.add_argument("--jobs", default="2", help="notebooks executed at once")
     parser.add_argument("--edition", choices=("full", "student"), default="full", help="with solutions, or without")
+    parser.add_argument("--parts", type=int, action="append", help="only this part of the book, counted from 1; again")
     options = parser.parse_args(arguments)
     root = options.root.resolve()
     build = root / "_build"
     execute = ["execute", "--into", str(build / "executed"), "--root", str(root), "--jobs", options.jobs]
-    if status := notebooks.main([*execute, str(root / "book")]):
+    absent = part_edition.absent(root, options.parts) if options.parts else set()
+    if status := notebooks.main([*execute, *(str(p) for p in (root / "book").glob("*.ipynb") if p.stem not in absent)]):
         return status
     viewer_files.copy_scripts(build / "static", root)
     lab_files.write_labs(build / "static", root)
-    parent, executed, source = root, build / "executed", build / "source"
+    name = "-".join([*(["student"] if options.edition == "student" else []), *map(str, options.parts or [])])
+    parent, executed = (build / name, build / "executed") if name else (root, build / "executed")
+    source = (parent if name else build) / "source"
     if options.edition == "student":
-        parent, executed, source = build / "student", build / "student" / "executed", build / "student" / "source"
+        executed = parent / "executed"
         twins(build / "executed", executed)
     pages = parent / "_build" / "pages"
     scene_files.write_scenes(executed, pages, build / "static")
     stage(root, pages, build / "static", source)
+    if options.parts:
+        part_edition.cut(root, source, options.parts, os.environ.get("BOOK_URL", ""))
     if (source / objectives.PAGE).exists():
         objectives.fill(source)
     if status := render(source, parent):
         return status
     downloads.offer(parent / "_build" / "html")
-    return check_book.main([str(parent / "_build" / "html"), "--toc", str(root / "_toc.yml")])
+    return check_book.main([str(parent / "_build" / "html"), "--toc", str(source / "_toc.yml")])
 
 
 if __name__ == "__main__":

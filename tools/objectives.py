@@ -1,4 +1,4 @@
-"""Fill the teacher's page with what the notebooks say: each chapter's objectives, and the exercises that test them.
+"""Fill the teacher's page with what the notebooks say: each chapter's time, objectives, and the exercises for them.
 
     python tools/objectives.py        print the tables
 
@@ -17,7 +17,7 @@ import notebooks
 ROOT = Path(__file__).resolve().parents[1]
 PAGE = Path("book") / "for_teachers.md"
 MARKER = re.compile(r"^% objectives of chapter (\d+)$", re.MULTILINE)
-MISSING = "*This chapter is not written yet.*"
+MISSING = "*This edition leaves the chapter out.*"
 
 
 def objectives(text: str) -> dict[str, str]:
@@ -39,6 +39,17 @@ def exercises(path: Path) -> dict[str, list[str]]:
     return tests
 
 
+def time(path: Path) -> str:
+    """Return how long a chapter takes, by its length: 60 words a minute, a minute a figure, ten minutes an exercise."""
+    cells = notebooks.read(path).cells
+    end = next(n for n, cell in enumerate(cells) if re.search(r"^## Exercises", cell.source, re.M))
+    words = sum(len(cell.source.split()) for cell in cells[:end] if cell.cell_type == "markdown")
+    figures = sum("mystnb" in cell.metadata for cell in cells[:end])
+    count = sum("{exercise-start}" in cell.source for cell in cells[end:])
+    read = 5 * round((words / 60 + figures) / 5)
+    return f"**Time:** about {read} minutes to read and run, {10 * count} for its {count} exercises."
+
+
 def table(path: Path) -> str:
     """Return the table of one chapter; raise a NotebookError for an objective that no exercise tests."""
     text = "\n\n".join(cell.source for cell in notebooks.read(path).cells if cell.cell_type == "markdown")
@@ -56,7 +67,7 @@ def filled(page: str, book: Path) -> str:
 
     def chapter(match: re.Match[str]) -> str:
         path = next(iter(book.glob(f"{int(match[1]):02d}_*.ipynb")), None)
-        return table(path) if path else MISSING
+        return f"{time(path)}\n\n{table(path)}" if path else MISSING
 
     return MARKER.sub(chapter, page)
 

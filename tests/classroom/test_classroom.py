@@ -262,6 +262,8 @@ def test_the_built_page_maps_every_objective_to_its_exercises(path: Path, tmp_pa
     numbers = re.findall(r"^- \*\*(\d+\.\d+)\*\*", text, re.MULTILINE)
     assert 3 <= len(numbers) == len(objectives.objectives(text))
     assert re.findall(r"^\* - \*\*(\d+\.\d+)\*\* \S", page, re.MULTILINE) == numbers
+    read, exercises = map(int, re.search(r"^\*\*Time:\*\* about (\d+) minutes to read and run, (\d+) for", page, re.MULTILINE).groups())
+    assert exercises == 10 * text.count("{exercise-start}") and 25 <= read <= 100
     assert set(re.findall(r"\{ref\}`(ex-[a-z0-9-]+)`", page)) == set(re.findall(r":label: (ex-[a-z0-9-]+)", text))
 
 
@@ -282,4 +284,4 @@ def test_every_chapter_has_a_sketch_three_beliefs_and_words_for_marking() -> Non
         assert (ROOT / "book" / "_static" / "board" / f"{number:02d}.svg").exists()
         assert f"_static/board/{number:02d}.svg" in section and ":alt: " in section
         assert len(re.findall(r'^- "[^\n]+" Ask: [^\n]+\([^\n]+\)$', section, re.MULTILINE)) == 3
-        assert all(word in section for word in ("**Time:**", "**Before it:**", "**Assignment:**", "*In words.*"))
+        assert all(word in section for word in ("**Before it:**", "**Assignment:**", "*In words.*"))
