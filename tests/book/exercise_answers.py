@@ -12,6 +12,7 @@ bases = [compute_eigenbasis(*cotan_laplacian(mesh), 24) for mesh in (rest, walk)
 
 SETTING = {
     "ex-maps-1": POTATOES + "basis_1, basis_2 = bases",
+    "ex-maps-7": POTATOES + "f_1, f_2 = (point_descriptors(basis, [p]) for basis, p in zip(bases, (true_21[0], 0)))",
     "ex-function-spaces-4": "lam = 380 + 400 * np.linspace(0, 1, 161) ** 1.6\ns = np.exp(-((lam - 600) / 80) ** 2) + 0.2",
     "ex-function-spaces-5": "lam = 380 + 400 * np.linspace(0, 1, 161) ** 1.6\ns = np.exp(-((lam - 600) / 80) ** 2) + 0.2",
     "ex-fourier-basis-3": "heights = np.cumsum(np.random.default_rng(0).normal(size=64))",
@@ -228,6 +229,7 @@ WRONG = [
     ("ex-maps-1", "my_C_12 = twenty[1].evecs.T @ twenty[0].evecs[true_21]", "without the mass of shape 2"),
     ("ex-maps-2", "my_entry = 1 / 3", "phi_0 is 1 / sqrt(area)"),
     ("ex-maps-4", "my_score = 0.0", "a mirror of a mirror is right side up"),
+    ("ex-maps-7", "my_C = B_20 @ np.linalg.pinv(A_20)", "a system of its own"),
 ]
 
 RIGHT = [
@@ -292,4 +294,5 @@ RIGHT = [
     ("ex-vectors-6", "my_numbers = tuple(np.arange(3.0))"),
     ("ex-vectors-7", "my_arrows, my_level = np.array([[0.0, 0, -1], [1, 0, 0]]), 7.0"),
     ("ex-maps-1", "my_C_12 = functional_map(*twenty, true_21).astype(np.float32)"),
+    ("ex-maps-7", "my_C = fit_functional_map(one_20, two_20, f_1, f_2).tolist()"),
 ]
