@@ -28,24 +28,16 @@ def spectral_embedding(basis: Eigenbasis, d: int, *, weights: str = "gps") -> Fl
 
     Parameters
     ----------
-    basis : Eigenbasis
-        The modes of a mesh, a graph or a point cloud.
-    d : int
-        How many coordinates, at least 1.
-    weights : {"gps", "none"}
-        What a mode is multiplied by: one over its frequency, or nothing.
+    basis : the modes of a mesh, a graph or a point cloud
+    d : how many coordinates, at least 1
+    weights : {"gps", "none"}, what a mode is multiplied by: one over its frequency, or nothing
 
     Returns
     -------
-    ndarray, shape (n, d)
-        Defined up to a sign of each column, and a rotation of columns that share an eigenvalue; distances between rows
-        are defined up to nothing, unless d cuts through a group of equal eigenvalues. Without unit for "gps" on
-        a surface.
-
-    Raises
-    ------
-    TypeError, ValueError
-        If `d` is not an integer between 1 and the number of such modes, or `weights` is neither.
+    (n, d): defined up to a sign of each column, and a rotation of columns that share an eigenvalue; distances between
+    rows are defined up to nothing, unless d cuts through a group of equal eigenvalues. Without unit for "gps" on a
+    surface. Raises TypeError or ValueError if `d` is not an integer between 1 and the number of such modes, or
+    `weights` is neither.
 
     Examples
     --------
@@ -79,26 +71,16 @@ def spectral_clusters(
 
     Parameters
     ----------
-    rows : array_like, shape (n, d)
-        An embedding; see `spectral_embedding`.
-    n_clusters : int
-        How many clusters, 1 .. the number of different rows.
-    mass : array_like, shape (n,), optional
-        What each sample stands for: the diagonal of M, so that the result does not depend on how densely a part is
-        sampled. Equal if not given.
-    seeding : {"farthest", "qr"}
-        See `seed_rows`.
+    rows : (n, d), an embedding; see `spectral_embedding`
+    n_clusters : how many clusters, 1 .. the number of different rows.
+    mass : (n,), what each sample stands for: the diagonal of M, so that the result does not depend on how densely a
+        part is sampled. Equal if not given.
+    seeding : {"farthest", "qr"}, see `seed_rows`
 
     Returns
     -------
-    ndarray, shape (n,)
-        Labels 0 .. n_clusters - 1, each used; number i grew from seed i.
-
-    Raises
-    ------
-    TypeError, ValueError
-        If the rows are not finite, a mass is not positive, there are fewer different rows than clusters, or the
-        seeding does not apply.
+    (n,): labels 0 .. n_clusters - 1, each used; number i grew from seed i. Raises TypeError or ValueError if the rows
+    are not finite, a mass is not positive, there are fewer different rows than clusters, or the seeding does not apply.
 
     Examples
     --------
@@ -153,24 +135,15 @@ def seed_rows(
 
     Parameters
     ----------
-    rows : array_like, shape (n, d)
-        An embedding.
-    n_clusters : int
-        How many seeds.
-    mass : array_like, shape (n,), optional
-        Mass of each row, for the center; equal if not given.
-    seeding : {"farthest", "qr"}
-        How to choose.
+    rows : (n, d), an embedding
+    n_clusters : how many seeds
+    mass : (n,), mass of each row, for the center; equal if not given
+    seeding : {"farthest", "qr"}, how to choose
 
     Returns
     -------
-    ndarray, shape (n_clusters,)
-        Numbers of different rows; of equals the first.
-
-    Raises
-    ------
-    TypeError, ValueError
-        As for `spectral_clusters`.
+    (n_clusters,): numbers of different rows; of equals the first. Raises TypeError or ValueError as for
+    `spectral_clusters`.
 
     Examples
     --------
@@ -202,18 +175,12 @@ def eigengaps(basis: Eigenbasis) -> FloatArray:
 
     Parameters
     ----------
-    basis : Eigenbasis
-        At least two modes.
+    basis : at least two modes
 
     Returns
     -------
-    ndarray, shape (k - 1,)
-        Without unit, 0 .. 1; 0 between two zero eigenvalues.
-
-    Raises
-    ------
-    ValueError
-        If no eigenvalue differs from zero.
+    (k - 1,): without unit, 0 .. 1; 0 between two zero eigenvalues. Raises ValueError if no eigenvalue differs from
+    zero.
 
     Examples
     --------
@@ -240,20 +207,13 @@ def normalized_cut(L: sp.csr_array, M: sp.csr_array, labels: ArrayLike) -> float
 
     Parameters
     ----------
-    L, M : (n, n) sparse arrays
-        Weak Laplacian, positive semidefinite, and mass matrix.
-    labels : array_like, shape (n,)
-        The cluster of each sample, 0, 1, 2, ...
+    L, M : (n, n) sparse arrays, weak Laplacian, positive semidefinite, and mass matrix
+    labels : (n,), the cluster of each sample, 0, 1, 2, ..
 
     Returns
     -------
-    float
-        In units of the eigenvalues.
-
-    Raises
-    ------
-    TypeError, ValueError
-        If a matrix is not symmetric, or the labels are not one whole number for each sample with none left out.
+    In units of the eigenvalues. Raises TypeError or ValueError if a matrix is not symmetric, or the labels are not one
+    whole number for each sample with none left out.
 
     Examples
     --------
@@ -279,18 +239,12 @@ def match_labels(labels: ArrayLike, reference: ArrayLike) -> IntArray:
 
     Parameters
     ----------
-    labels, reference : array_like, shape (n,)
-        Two clusterings of the same samples, 0, 1, 2, ...
+    labels, reference : (n,), two clusterings of the same samples, 0, 1, 2, ..
 
     Returns
     -------
-    ndarray, shape (n,)
-        Labels; clusters without a partner take the numbers that are left.
-
-    Raises
-    ------
-    TypeError, ValueError
-        If they are not two arrays of n whole numbers from 0.
+    (n,): labels; clusters without a partner take the numbers that are left. Raises TypeError or ValueError if they are
+    not two arrays of n whole numbers from 0.
 
     Examples
     --------

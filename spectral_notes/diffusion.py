@@ -26,24 +26,15 @@ def filter_signal(basis: Eigenbasis, f: ArrayLike, gains: ArrayLike, *, beyond: 
 
     Parameters
     ----------
-    basis : Eigenbasis
-        The modes.
-    f : array_like, shape (n,) or (n, d)
-        The signal, pointwise; the three coordinates of a mesh's vertices are one with d = 3.
-    gains : array_like, shape (k,)
-        One factor a mode, mostly a function of `basis.evals`.
-    beyond : float
-        Gain of what the basis does not hold: 0 drops it, 1 keeps it.
+    basis : the modes
+    f : (n,) or (n, d), the signal, pointwise; the three coordinates of a mesh's vertices are one with d = 3
+    gains : (k,), one factor a mode, mostly a function of `basis.evals`
+    beyond : gain of what the basis does not hold: 0 drops it, 1 keeps it
 
     Returns
     -------
-    ndarray, shape of f
-        The filtered signal, pointwise.
-
-    Raises
-    ------
-    TypeError, ValueError
-        If shapes do not fit or numbers are not finite.
+    ndarray, shape of f: the filtered signal, pointwise. Raises TypeError or ValueError if shapes do not fit or numbers
+    are not finite.
 
     Examples
     --------
@@ -68,20 +59,13 @@ def point_source(M: sp.csr_array, vertex: int) -> FloatArray:
 
     Parameters
     ----------
-    M : sparse array, shape (n, n)
-        Mass matrix, lumped or full.
-    vertex : int
-        Where, 0 .. n - 1.
+    M : (n, n) sparse, mass matrix, lumped or full
+    vertex : where, 0 .. n - 1.
 
     Returns
     -------
-    ndarray, shape (n,)
-        Pointwise, in 1 / squared units of the vertices.
-
-    Raises
-    ------
-    TypeError, ValueError
-        If M is not symmetric or there is no such vertex.
+    (n,): pointwise, in 1 / squared units of the vertices. Raises TypeError or ValueError if M is not symmetric or there
+    is no such vertex.
 
     Examples
     --------
@@ -103,22 +87,14 @@ def heat(basis: Eigenbasis, f: ArrayLike, t: float) -> FloatArray:
 
     Parameters
     ----------
-    basis : Eigenbasis
-        The modes. With k of them the answer misses what is smaller than exp(-lambda_k t) of f.
-    f : array_like, shape (n,) or (n, d)
-        Temperature at time zero, pointwise.
-    t : float
-        Time, at least 0, in squared units of the vertices.
+    basis : the modes. With k of them the answer misses what is smaller than exp(-lambda_k t) of f.
+    f : (n,) or (n, d), temperature at time zero, pointwise
+    t : time, at least 0, in squared units of the vertices
 
     Returns
     -------
-    ndarray, shape of f
-        Temperature at time t, pointwise.
-
-    Raises
-    ------
-    TypeError, ValueError
-        If f does not fit the basis or t is negative.
+    ndarray, shape of f: temperature at time t, pointwise. Raises TypeError or ValueError if f does not fit the basis or
+    t is negative.
 
     Examples
     --------
@@ -139,24 +115,15 @@ def wave(basis: Eigenbasis, f: ArrayLike, t: float, velocity: ArrayLike | None =
 
     Parameters
     ----------
-    basis : Eigenbasis
-        The modes.
-    f : array_like, shape (n,) or (n, d)
-        Height at time zero, pointwise.
-    t : float
-        Time, of either sign, in units of the vertices.
-    velocity : array_like, shape of f, optional
-        Velocity at time zero; at rest by default.
+    basis : the modes
+    f : (n,) or (n, d), height at time zero, pointwise
+    t : time, of either sign, in units of the vertices
+    velocity : array_like, shape of f, velocity at time zero; at rest by default
 
     Returns
     -------
-    ndarray, shape of f
-        Height at time t, pointwise.
-
-    Raises
-    ------
-    TypeError, ValueError
-        If f or the velocity does not fit the basis, or t is not a finite number.
+    ndarray, shape of f: height at time t, pointwise. Raises TypeError or ValueError if f or the velocity does not fit
+    the basis, or t is not a finite number.
 
     Examples
     --------
@@ -182,22 +149,14 @@ def schroedinger(basis: Eigenbasis, f: ArrayLike, t: float) -> ComplexArray:
 
     Parameters
     ----------
-    basis : Eigenbasis
-        The modes.
-    f : array_like of real or complex numbers, shape (n,) or (n, d)
-        State at time zero, pointwise.
-    t : float
-        Time, of either sign, in squared units of the vertices.
+    basis : the modes
+    f : (n,) or (n, d) array_like of real or complex numbers, state at time zero, pointwise
+    t : time, of either sign, in squared units of the vertices
 
     Returns
     -------
-    ndarray of complex128, shape of f
-        State at time t, pointwise; `abs(psi) ** 2` is a probability density.
-
-    Raises
-    ------
-    TypeError, ValueError
-        If f does not fit the basis or t is not a finite number.
+    ndarray of complex128, shape of f: state at time t, pointwise; `abs(psi) ** 2` is a probability density. Raises
+    TypeError or ValueError if f does not fit the basis or t is not a finite number.
 
     Examples
     --------
@@ -230,24 +189,15 @@ def explicit_steps(L: sp.csr_array, M: sp.csr_array, f: ArrayLike, step: float, 
 
     Parameters
     ----------
-    L, M : sparse array, shape (n, n)
-        Laplacian (positive semidefinite) and lumped mass matrix.
-    f : array_like, shape (n,) or (n, d)
-        The signal, pointwise.
-    step : float
-        Time step, above 0; `stable_step` is always safe.
-    n_steps : int
-        How many, at least 1.
+    L, M : (n, n) sparse, Laplacian (positive semidefinite) and lumped mass matrix
+    f : (n,) or (n, d), the signal, pointwise
+    step : time step, above 0; `stable_step` is always safe
+    n_steps : how many, at least 1
 
     Returns
     -------
-    ndarray, shape of f
-        The smoothed signal, pointwise.
-
-    Raises
-    ------
-    TypeError, ValueError
-        If shapes do not fit, M is not diagonal, or the step is not positive.
+    ndarray, shape of f: the smoothed signal, pointwise. Raises TypeError or ValueError if shapes do not fit, M is not
+    diagonal, or the step is not positive.
 
     Examples
     --------
@@ -269,26 +219,16 @@ def taubin_steps(
 
     Parameters
     ----------
-    L, M : sparse array, shape (n, n)
-        Laplacian (positive semidefinite) and lumped mass matrix.
-    f : array_like, shape (n,) or (n, d)
-        The signal, pointwise.
-    step : float
-        The shrinking time step, above 0 and below 1 / pass_band; `stable_step` is about the most that stays stable.
-    n_steps : int
-        How many pairs, at least 1.
-    pass_band : float
-        The eigenvalue above which modes are damped, greater than 0.
+    L, M : (n, n) sparse, Laplacian (positive semidefinite) and lumped mass matrix
+    f : (n,) or (n, d), the signal, pointwise
+    step : the shrinking time step, above 0 and below 1 / pass_band; `stable_step` is about the most that stays stable
+    n_steps : how many pairs, at least 1
+    pass_band : the eigenvalue above which modes are damped, greater than 0
 
     Returns
     -------
-    ndarray, shape of f
-        The smoothed signal, pointwise.
-
-    Raises
-    ------
-    TypeError, ValueError
-        If shapes do not fit, M is not diagonal, or step and pass_band do not allow a positive inflating step.
+    ndarray, shape of f: the smoothed signal, pointwise. Raises TypeError or ValueError if shapes do not fit, M is not
+    diagonal, or step and pass_band do not allow a positive inflating step.
 
     Examples
     --------
@@ -316,24 +256,15 @@ def implicit_steps(L: sp.csr_array, M: sp.csr_array, f: ArrayLike, step: float, 
 
     Parameters
     ----------
-    L, M : sparse array, shape (n, n)
-        Laplacian (positive semidefinite) and mass matrix, lumped or full.
-    f : array_like, shape (n,) or (n, d)
-        The signal, pointwise.
-    step : float
-        Time step, above 0.
-    n_steps : int
-        How many, at least 1.
+    L, M : (n, n) sparse, Laplacian (positive semidefinite) and mass matrix, lumped or full
+    f : (n,) or (n, d), the signal, pointwise
+    step : time step, above 0
+    n_steps : how many, at least 1
 
     Returns
     -------
-    ndarray, shape of f
-        The smoothed signal, pointwise.
-
-    Raises
-    ------
-    TypeError, ValueError
-        If shapes do not fit or the step is not positive.
+    ndarray, shape of f: the smoothed signal, pointwise. Raises TypeError or ValueError if shapes do not fit or the step
+    is not positive.
 
     Examples
     --------
@@ -364,18 +295,12 @@ def stable_step(L: sp.csr_array, M: sp.csr_array) -> float:
 
     Parameters
     ----------
-    L, M : sparse array, shape (n, n)
-        Laplacian and lumped mass matrix.
+    L, M : (n, n) sparse, Laplacian and lumped mass matrix
 
     Returns
     -------
-    float
-        In units of time; an explicit step may be up to twice as long.
-
-    Raises
-    ------
-    TypeError, ValueError
-        If shapes do not fit or M is not diagonal.
+    In units of time; an explicit step may be up to twice as long. Raises TypeError or ValueError if shapes do not fit
+    or M is not diagonal.
 
     Examples
     --------
@@ -394,18 +319,11 @@ def enclosed_volume(mesh: TriangleMesh) -> float:
 
     Parameters
     ----------
-    mesh : TriangleMesh
-        A closed mesh, oriented.
+    mesh : a closed mesh, oriented
 
     Returns
     -------
-    float
-        In cubic units of the vertices.
-
-    Raises
-    ------
-    ValueError
-        If the mesh has a boundary.
+    In cubic units of the vertices. Raises ValueError if the mesh has a boundary.
 
     Examples
     --------
@@ -423,20 +341,13 @@ def restore_volume(mesh: TriangleMesh, volume: float) -> TriangleMesh:
 
     Parameters
     ----------
-    mesh : TriangleMesh
-        A closed mesh with normals outwards.
-    volume : float
-        The volume wanted, above 0.
+    mesh : a closed mesh with normals outwards
+    volume : the volume wanted, above 0
 
     Returns
     -------
-    TriangleMesh
-        The same faces and name, vertices scaled.
-
-    Raises
-    ------
-    TypeError, ValueError
-        If the mesh has a boundary or encloses no positive volume, or `volume` is not positive.
+    The same faces and name, vertices scaled. Raises TypeError or ValueError if the mesh has a boundary or encloses no
+    positive volume, or `volume` is not positive.
 
     Examples
     --------

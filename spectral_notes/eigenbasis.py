@@ -84,18 +84,11 @@ class Eigenbasis:
 
         Parameters
         ----------
-        f : (n,) or (n, d) array
-            A signal, or d signals side by side; pointwise values.
+        f : (n,) or (n, d) array, a signal, or d signals side by side; pointwise values
 
         Returns
         -------
-        (k,) or (k, d) array
-            The coefficients.
-
-        Raises
-        ------
-        ValueError
-            If `f` does not have n rows, or is not finite.
+        (k,) or (k, d) array: the coefficients. Raises ValueError if `f` does not have n rows, or is not finite.
         """
         signal = as_signal("f", f, self.n)
         return np.asarray(self.evecs.T @ (self.M @ signal))
@@ -107,18 +100,12 @@ class Eigenbasis:
 
         Parameters
         ----------
-        c : (k,) or (k, d) array
-            Coefficients, one a mode.
+        c : (k,) or (k, d) array, coefficients, one a mode
 
         Returns
         -------
-        (n,) or (n, d) array
-            The signal; pointwise values.
-
-        Raises
-        ------
-        ValueError
-            If `c` does not have k rows, or is not finite.
+        (n,) or (n, d) array: the signal; pointwise values. Raises ValueError if `c` does not have k rows, or is not
+        finite.
         """
         return np.asarray(self.evecs @ as_signal("c", c, self.k))
 
@@ -127,18 +114,11 @@ class Eigenbasis:
 
         Parameters
         ----------
-        k : int
-            How many modes to keep, 1 .. the number there are.
+        k : how many modes to keep, 1 .. the number there are.
 
         Returns
         -------
-        Eigenbasis
-            The same modes, fewer of them.
-
-        Raises
-        ------
-        ValueError
-            If `k` is not between 1 and the number of modes.
+        The same modes, fewer of them. Raises ValueError if `k` is not between 1 and the number of modes.
         """
         k = as_count("k", k, 1, self.k)
         assert self.residuals is not None
@@ -149,10 +129,7 @@ class Eigenbasis:
     def orthonormality_error(self) -> float:
         """Return the largest entry of |Phi^T M Phi - I|: zero to rounding after `compute_eigenbasis`.
 
-        Returns
-        -------
-        float
-            Without unit.
+        Returns a number without unit.
         """
         return float(abs(self.evecs.T @ (self.M @ self.evecs) - np.eye(self.k)).max())
 
@@ -168,43 +145,25 @@ def compute_eigenbasis(
 
     Parameters
     ----------
-    L : (n, n) sparse array
-        The weak Laplacian, symmetric positive semidefinite.
-    M : (n, n) sparse array
-        The mass matrix, symmetric positive definite; lumped (diagonal) or full.
-    k : int
-        How many modes, 1 .. n.
-    seed : int
-        Seed of the random start vectors. The result does not depend on it to the digits that have converged.
-    tol : float
-        Residual, relative to the eigenvalue, at which a mode has converged.
-    certify : bool
-        Prove, by counting the signs of one more factorization, that no eigenvalue below the last was missed.
-    progress : bool
-        Show a bar.
-    threads : int
-        Most threads that linear algebra may use meanwhile. One is never slow; more help on a machine that is idle
+    L : (n, n) sparse array, the weak Laplacian, symmetric positive semidefinite
+    M : (n, n) sparse array, the mass matrix, symmetric positive definite; lumped (diagonal) or full
+    k : how many modes, 1 .. n.
+    seed : seed of the random start vectors. The result does not depend on it to the digits that have converged.
+    tol : residual, relative to the eigenvalue, at which a mode has converged
+    certify : prove, by counting the signs of one more factorization, that no eigenvalue below the last was missed
+    progress : show a bar
+    threads : most threads that linear algebra may use meanwhile. One is never slow; more help on a machine that is idle
         and hurt on one that is shared, where the threads wait for each other.
-    factor : {"auto", "cholespy", "superlu"}
-        Which library factors; see `spectral_notes.solver.factorization.factorize`.
-    max_bytes : float, optional
-        Memory the basis may take before the modes are sought a band at a time; half of what is free if not given.
+    factor : {"auto", "cholespy", "superlu"}, which library factors; see `spectral_notes.solver.factorization.factorize`
+    max_bytes : memory the basis may take before the modes are sought a band at a time; half of what is free if not
+        given
 
     Returns
     -------
-    Eigenbasis
-        `evals` (k,), `evecs` (n, k) pointwise, `M`, and the `residuals` (k,).
-
-    Raises
-    ------
-    TypeError
-        If a matrix is not real, or k is not an integer.
-    ValueError
-        If a matrix is not symmetric, L not semidefinite, M not definite, or k not between 1 and n.
-    MemoryError
-        If the modes themselves would not fit into memory.
-    ArithmeticError
-        If the modes do not converge, or the certificate finds one missing.
+    `evals` (k,), `evecs` (n, k) pointwise, `M`, and the `residuals` (k,). Raises TypeError if a matrix is not real, or
+    k is not an integer; ValueError if a matrix is not symmetric, L not semidefinite, M not definite, or k not between 1
+    and n; MemoryError if the modes themselves would not fit into memory; ArithmeticError if the modes do not converge,
+    or the certificate finds one missing.
 
     Examples
     --------

@@ -28,20 +28,14 @@ def functional_map(basis_1: Eigenbasis, basis_2: Eigenbasis, p2p_21: Any) -> Flo
 
     Parameters
     ----------
-    basis_1, basis_2 : Eigenbasis
-        The modes of shapes 1 and 2, k1 and k2 of them; `truncate` shortens them.
-    p2p_21 : array_like of int, shape (n2,), or sparse array, shape (n2, n1)
-        For each vertex of shape 2 a vertex of shape 1, or weights of vertices of shape 1.
+    basis_1, basis_2 : the modes of shapes 1 and 2, k1 and k2 of them; `truncate` shortens them
+    p2p_21 : (n2,) array_like of int, or sparse array, for each vertex of shape 2 a vertex of shape 1, or weights of
+        vertices of shape 1
 
     Returns
     -------
-    ndarray, shape (k2, k1)
-        Coefficients of functions on 1 to coefficients of functions on 2.
-
-    Raises
-    ------
-    TypeError, ValueError
-        If the map does not go from the vertices of 2 to those of 1.
+    (k2, k1): coefficients of functions on 1 to coefficients of functions on 2. Raises TypeError or ValueError if the
+    map does not go from the vertices of 2 to those of 1.
 
     Examples
     --------
@@ -64,22 +58,14 @@ def pull_back(p2p_21: Any, f_1: ArrayLike, *, n_2: int | None = None) -> FloatAr
 
     Parameters
     ----------
-    p2p_21 : array_like of int, shape (n2,), or sparse array, shape (n2, n1)
-        The map.
-    f_1 : array_like, shape (n1,) or (n1, d)
-        Pointwise values on shape 1.
-    n_2 : int, optional
-        Number of vertices of shape 2, to be checked where it is known.
+    p2p_21 : (n2,) array_like of int, or sparse array, the map
+    f_1 : (n1,) or (n1, d), pointwise values on shape 1
+    n_2 : number of vertices of shape 2, to be checked where it is known
 
     Returns
     -------
-    ndarray, shape (n2,) or (n2, d)
-        Pointwise values on shape 2.
-
-    Raises
-    ------
-    TypeError, ValueError
-        If the map does not lead to the vertices of shape 1.
+    (n2,) or (n2, d): pointwise values on shape 2. Raises TypeError or ValueError if the map does not lead to the
+    vertices of shape 1.
 
     Examples
     --------
@@ -103,20 +89,13 @@ def pull_back_labels(p2p_21: Any, labels_1: ArrayLike) -> IntArray:
 
     Parameters
     ----------
-    p2p_21 : array_like of int, shape (n2,), or sparse array, shape (n2, n1)
-        The map.
-    labels_1 : array_like of int, shape (n1,)
-        A label for each vertex of shape 1.
+    p2p_21 : (n2,) array_like of int, or sparse array, the map
+    labels_1 : (n1,) int, a label for each vertex of shape 1
 
     Returns
     -------
-    ndarray of int64, shape (n2,)
-        A label for each vertex of shape 2.
-
-    Raises
-    ------
-    TypeError, ValueError
-        If the labels are no integers, or the map does not lead to the vertices of shape 1.
+    (n2,) ndarray of int64: a label for each vertex of shape 2. Raises TypeError or ValueError if the labels are no
+    integers, or the map does not lead to the vertices of shape 1.
 
     Examples
     --------
@@ -139,22 +118,13 @@ def transfer(basis_1: Eigenbasis, basis_2: Eigenbasis, C_12: ArrayLike, f_1: Arr
 
     Parameters
     ----------
-    basis_1, basis_2 : Eigenbasis
-        The modes of both shapes, at least k1 and k2.
-    C_12 : array_like, shape (k2, k1)
-        The functional map.
-    f_1 : array_like, shape (n1,) or (n1, d)
-        Pointwise values on shape 1.
+    basis_1, basis_2 : the modes of both shapes, at least k1 and k2
+    C_12 : (k2, k1), the functional map
+    f_1 : (n1,) or (n1, d), pointwise values on shape 1
 
     Returns
     -------
-    ndarray, shape (n2,) or (n2, d)
-        Pointwise values on shape 2.
-
-    Raises
-    ------
-    TypeError, ValueError
-        If the matrix does not fit the bases.
+    (n2,) or (n2, d): pointwise values on shape 2. Raises TypeError or ValueError if the matrix does not fit the bases.
 
     Examples
     --------
@@ -178,22 +148,14 @@ def point_map(basis_1: Eigenbasis, basis_2: Eigenbasis, C_12: ArrayLike, *, side
 
     Parameters
     ----------
-    basis_1, basis_2 : Eigenbasis
-        The modes of both shapes, at least k1 and k2.
-    C_12 : array_like, shape (k2, k1)
-        The functional map.
-    side : {"functions", "adjoint"}
-        Which rows are compared.
+    basis_1, basis_2 : the modes of both shapes, at least k1 and k2
+    C_12 : (k2, k1), the functional map
+    side : {"functions", "adjoint"}, which rows are compared
 
     Returns
     -------
-    ndarray of int64, shape (n2,)
-        p2p_21: a vertex of 1 for each vertex of 2.
-
-    Raises
-    ------
-    TypeError, ValueError
-        If the matrix does not fit the bases.
+    (n2,) ndarray of int64: p2p_21: a vertex of 1 for each vertex of 2. Raises TypeError or ValueError if the matrix
+    does not fit the bases.
 
     Examples
     --------
@@ -216,13 +178,11 @@ def embeddings(
 
     Parameters
     ----------
-    basis_1, basis_2, C_12, side
-        As for `point_map`.
+    basis_1, basis_2, C_12, side : as for `point_map`
 
     Returns
     -------
-    rows_1, rows_2 : ndarray, shapes (n1, d) and (n2, d)
-        Phi_1 C_12^T area_1 / area_2 and Phi_2; or Phi_1 and Phi_2 C_12.
+    rows_1, rows_2 ndarray, shapes (n1, d) and (n2, d): phi_1 C_12^T area_1 / area_2 and Phi_2; or Phi_1 and Phi_2 C_12.
 
     Examples
     --------
@@ -259,18 +219,11 @@ def nearest_rows(rows_1: ArrayLike, rows_2: ArrayLike) -> IntArray:
 
     Parameters
     ----------
-    rows_1, rows_2 : array_like, shapes (n1, d) and (n2, d)
-        Points.
+    rows_1, rows_2 : array_like, shapes (n1, d) and (n2, d), points
 
     Returns
     -------
-    ndarray of int64, shape (n2,)
-        Row numbers, 0 .. n1 - 1.
-
-    Raises
-    ------
-    TypeError, ValueError
-        If the rows differ in length.
+    (n2,) ndarray of int64: row numbers, 0 .. n1 - 1. Raises TypeError or ValueError if the rows differ in length.
 
     Examples
     --------
@@ -294,22 +247,14 @@ def as_point_map(p2p_21: ArrayLike, n_1: int, n_2: int | None = None) -> IntArra
 
     Parameters
     ----------
-    p2p_21 : array_like of int, shape (n2,)
-        The map.
-    n_1 : int
-        Number of vertices of shape 1.
-    n_2 : int, optional
-        Number of vertices of shape 2, where it is known.
+    p2p_21 : (n2,) int, the map
+    n_1 : number of vertices of shape 1
+    n_2 : number of vertices of shape 2, where it is known
 
     Returns
     -------
-    ndarray of int64, shape (n2,)
-        The map.
-
-    Raises
-    ------
-    TypeError, ValueError
-        If the entries are no vertices of 1, or their number is not that of the vertices of 2.
+    (n2,) ndarray of int64: the map. Raises TypeError or ValueError if the entries are no vertices of 1, or their number
+    is not that of the vertices of 2.
 
     Examples
     --------
@@ -329,20 +274,12 @@ def as_functional_map(basis_1: Eigenbasis, basis_2: Eigenbasis, C_12: ArrayLike)
 
     Parameters
     ----------
-    basis_1, basis_2 : Eigenbasis
-        The modes of both shapes.
-    C_12 : array_like, shape (k2, k1)
-        The matrix.
+    basis_1, basis_2 : the modes of both shapes
+    C_12 : (k2, k1), the matrix
 
     Returns
     -------
-    ndarray, shape (k2, k1)
-        The matrix.
-
-    Raises
-    ------
-    TypeError, ValueError
-        If it is no matrix, or too large for the bases.
+    (k2, k1): the matrix. Raises TypeError or ValueError if it is no matrix, or too large for the bases.
 
     Examples
     --------

@@ -23,13 +23,11 @@ def path_graph(n: int) -> sp.csr_array:
 
     Parameters
     ----------
-    n : int
-        Number of vertices, at least 2.
+    n : number of vertices, at least 2
 
     Returns
     -------
-    csr_array, shape (n, n)
-        Symmetric, with zeros and ones.
+    (n, n) csr_array: symmetric, with zeros and ones.
 
     Examples
     --------
@@ -47,13 +45,11 @@ def ring_graph(n: int) -> sp.csr_array:
 
     Parameters
     ----------
-    n : int
-        Number of vertices, at least 3.
+    n : number of vertices, at least 3
 
     Returns
     -------
-    csr_array, shape (n, n)
-        Symmetric, with zeros and ones.
+    (n, n) csr_array: symmetric, with zeros and ones.
 
     Examples
     --------
@@ -71,22 +67,15 @@ def neighbor_graph(points: ArrayLike, n_neighbors: int = 10, *, width: float | N
 
     Parameters
     ----------
-    points : array_like, shape (n, d)
-        Positions in a space of any dimension.
-    n_neighbors : int
-        Nearest points each point chooses, 1 .. n - 1.
-    width : float, optional
-        Length at which weights fall off, in units of the points; by default the median distance of chosen neighbours.
+    points : (n, d), positions in a space of any dimension
+    n_neighbors : nearest points each point chooses, 1 .. n - 1.
+    width : length at which weights fall off, in units of the points; by default the median distance of chosen
+        neighbours
 
     Returns
     -------
-    csr_array, shape (n, n)
-        Symmetric, without loops; positive where joined.
-
-    Raises
-    ------
-    TypeError, ValueError
-        If the points are not finite, n_neighbors is out of range, or the width is not positive.
+    (n, n) csr_array: symmetric, without loops; positive where joined. Raises TypeError or ValueError if the points are
+    not finite, n_neighbors is out of range, or the width is not positive.
 
     Examples
     --------
@@ -111,20 +100,13 @@ def mesh_graph(mesh: TriangleMesh, *, weights: str = "unit") -> sp.csr_array:
 
     Parameters
     ----------
-    mesh : TriangleMesh
-        The mesh.
-    weights : {"unit", "inverse_length"}
-        1 for each edge, or 1 / its length.
+    mesh : the mesh
+    weights : {"unit", "inverse_length"}, 1 for each edge, or 1 / its length
 
     Returns
     -------
-    csr_array, shape (n, n)
-        Symmetric, without loops.
-
-    Raises
-    ------
-    TypeError, ValueError
-        If it is no mesh, `weights` is neither, or an edge has no length though weights are 1 / length.
+    (n, n) csr_array: symmetric, without loops. Raises TypeError or ValueError if it is no mesh, `weights` is neither,
+    or an edge has no length though weights are 1 / length.
 
     Examples
     --------
@@ -148,20 +130,14 @@ def weights_of_networkx(graph: Any, *, weight: str = "weight") -> sp.csr_array:
 
     Parameters
     ----------
-    graph : networkx.Graph
-        The graph; not directed.
-    weight : str
-        Name of the edge attribute that holds the weight.
+    graph : networkx.Graph, the graph; not directed
+    weight : name of the edge attribute that holds the weight
 
     Returns
     -------
-    csr_array, shape (n, n)
-        Symmetric; a loop stands on the diagonal, as in networkx's adjacency matrix, and counts in the degree.
-
-    Raises
-    ------
-    TypeError, ValueError
-        If it is no networkx graph, or a directed one, or a weight is not a finite number.
+    (n, n) csr_array: symmetric; a loop stands on the diagonal, as in networkx's adjacency matrix, and counts in the
+    degree. Raises TypeError or ValueError if it is no networkx graph, or a directed one, or a weight is not a finite
+    number.
 
     Examples
     --------

@@ -40,25 +40,16 @@ def interval_laplacian(n: int, length: float = 1.0, *, ends: str = "neumann") ->
 
     Parameters
     ----------
-    n : int
-        Number of samples, at least 3.
-    length : float
-        Length of the interval, or of the circle.
-    ends : {"neumann", "dirichlet", "periodic"}
-        Free ends: samples include both ends, h = length / (n - 1). Fixed ends: samples are inside,
-        h = length / (n + 1). A circle: h = length / n.
+    n : number of samples, at least 3
+    length : length of the interval, or of the circle
+    ends : {"neumann", "dirichlet", "periodic"}, free ends: samples include both ends, h = length / (n - 1). Fixed ends:
+        samples are inside, h = length / (n + 1). A circle: h = length / n.
 
     Returns
     -------
-    L : csr_array, shape (n, n)
-        Weak Laplacian, in 1 / length.
-    M : csr_array, shape (n, n)
-        Diagonal mass, in length; it sums to the length when the ends are free or joined.
-
-    Raises
-    ------
-    TypeError, ValueError
-        If n < 3, the length is not positive, or `ends` is none of the three.
+    L (n, n) csr_array: weak Laplacian, in 1 / length; M (n, n) csr_array: diagonal mass, in length; it sums to the
+    length when the ends are free or joined. Raises TypeError or ValueError if n < 3, the length is not positive, or
+    `ends` is none of the three.
 
     Examples
     --------
@@ -89,23 +80,16 @@ def graph_laplacian(W: Any, *, mass: str = "identity") -> Pair:
 
     Parameters
     ----------
-    W : sparse or dense array, shape (n, n)
-        Symmetric edge weights, not negative; W[i, j] > 0 where i and j are joined. Its diagonal cancels.
-    mass : {"identity", "degree"}
-        "identity" counts each vertex once. "degree" sets M = D, which turns the eigenproblem into that of normalised
-        cuts and needs every vertex to have an edge.
+    W : (n, n) sparse or dense array, symmetric edge weights, not negative; W[i, j] > 0 where i and j are joined. Its
+        diagonal cancels.
+    mass : {"identity", "degree"}, "identity" counts each vertex once. "degree" sets M = D, which turns the eigenproblem
+        into that of normalised cuts and needs every vertex to have an edge.
 
     Returns
     -------
-    L : csr_array, shape (n, n)
-        Laplacian, in units of the weights.
-    M : csr_array, shape (n, n)
-        Diagonal mass.
-
-    Raises
-    ------
-    TypeError, ValueError
-        If W is not real, square, symmetric and non-negative, or a vertex has no edge though the mass is its degree.
+    L (n, n) csr_array: Laplacian, in units of the weights; M (n, n) csr_array: diagonal mass. Raises TypeError or
+    ValueError if W is not real, square, symmetric and non-negative, or a vertex has no edge though the mass is its
+    degree.
 
     Examples
     --------
@@ -137,22 +121,14 @@ def cotan_laplacian(mesh: TriangleMesh, *, mass: str = "lumped") -> Pair:
 
     Parameters
     ----------
-    mesh : TriangleMesh
-        The mesh, closed or with a boundary (whose condition is then Neumann's: nothing flows out).
-    mass : {"lumped", "voronoi", "full"}
-        See `mass_matrix`.
+    mesh : the mesh, closed or with a boundary (whose condition is then Neumann's: nothing flows out)
+    mass : {"lumped", "voronoi", "full"}, see `mass_matrix`
 
     Returns
     -------
-    L : csr_array, shape (n, n)
-        Weak Laplacian, without unit: scaling the mesh leaves it unchanged.
-    M : csr_array, shape (n, n)
-        Mass matrix, in squared units of the vertices; its entries sum to the area.
-
-    Raises
-    ------
-    ValueError
-        If a face has no area or a vertex no face (`robust_mesh_laplacian` and `clean_mesh` are the remedies).
+    L (n, n) csr_array: weak Laplacian, without unit: scaling the mesh leaves it unchanged; M (n, n) csr_array: mass
+    matrix, in squared units of the vertices; its entries sum to the area. Raises ValueError if a face has no area or a
+    vertex no face (`robust_mesh_laplacian` and `clean_mesh` are the remedies).
 
     Examples
     --------
@@ -182,24 +158,17 @@ def mass_matrix(mesh: TriangleMesh, *, kind: str = "lumped") -> sp.csr_array:
 
     Parameters
     ----------
-    mesh : TriangleMesh
-        The mesh.
-    kind : {"lumped", "voronoi", "full"}
-        "full" integrates the products of hat functions exactly: area / 6 on the diagonal and area / 12 off it, for each
-        triangle; for eigenvalues that bound those of the surface from above. "lumped" gives each corner a third of its
-        triangles' areas, which is the sum of the full one's row; for everything that is integrated. "voronoi" gives
-        each corner what lies nearest to it, and in an obtuse triangle half the area to the obtuse corner and a quarter
-        to the others; for pointwise values such as curvatures.
+    mesh : the mesh
+    kind : {"lumped", "voronoi", "full"}, "full" integrates the products of hat functions exactly: area / 6 on the
+        diagonal and area / 12 off it, for each triangle; for eigenvalues that bound those of the surface from above.
+        "lumped" gives each corner a third of its triangles' areas, which is the sum of the full one's row; for
+        everything that is integrated. "voronoi" gives each corner what lies nearest to it, and in an obtuse triangle
+        half the area to the obtuse corner and a quarter to the others; for pointwise values such as curvatures.
 
     Returns
     -------
-    csr_array, shape (n, n)
-        Symmetric positive definite, in squared units of the vertices.
-
-    Raises
-    ------
-    ValueError
-        If a vertex belongs to no face, or to none with an area, so that its mass would be zero.
+    (n, n) csr_array: symmetric positive definite, in squared units of the vertices. Raises ValueError if a vertex
+    belongs to no face, or to none with an area, so that its mass would be zero.
 
     Examples
     --------
@@ -231,18 +200,12 @@ def robust_mesh_laplacian(mesh: TriangleMesh) -> Pair:
 
     Parameters
     ----------
-    mesh : TriangleMesh
-        The mesh; neither manifold nor oriented need it be.
+    mesh : the mesh; neither manifold nor oriented need it be
 
     Returns
     -------
-    L, M : csr_array, shape (n, n)
-        Weak Laplacian and lumped mass, in the units of `cotan_laplacian`.
-
-    Raises
-    ------
-    ValueError
-        If a vertex belongs to no face (`clean_mesh` drops such vertices), or all vertices coincide.
+    L, M (n, n) csr_array: weak Laplacian and lumped mass, in the units of `cotan_laplacian`. Raises ValueError if a
+    vertex belongs to no face (`clean_mesh` drops such vertices), or all vertices coincide.
 
     Examples
     --------
@@ -270,22 +233,15 @@ def robust_cloud_laplacian(cloud: PointCloud, *, n_neighbors: int = 30) -> Pair:
 
     Parameters
     ----------
-    cloud : PointCloud
-        Points on a surface; in any unit, wherever they lie.
-    n_neighbors : int
-        Neighbours that give each point its tangent plane and its star, 3 .. n_points - 1; where farther ones could
-        belong to the star, twice as many are asked.
+    cloud : points on a surface; in any unit, wherever they lie
+    n_neighbors : neighbours that give each point its tangent plane and its star, 3 .. n_points - 1; where farther ones
+        could belong to the star, twice as many are asked.
 
     Returns
     -------
-    L, M : csr_array, shape (n, n)
-        Weak Laplacian and lumped mass, in the units of `cotan_laplacian`.
-
-    Raises
-    ------
-    TypeError, ValueError
-        If it is no cloud, the number of neighbours is out of range, or the neighbours of a point coincide or lie on a
-        line.
+    L, M (n, n) csr_array: weak Laplacian and lumped mass, in the units of `cotan_laplacian`. Raises TypeError or
+    ValueError if it is no cloud, the number of neighbours is out of range, or the neighbours of a point coincide or lie
+    on a line.
 
     Examples
     --------

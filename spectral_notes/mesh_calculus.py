@@ -45,19 +45,13 @@ def gradient_matrix(mesh: TriangleMesh) -> sp.csr_array:
 
     Parameters
     ----------
-    mesh : TriangleMesh
-        The mesh, with m faces and n vertices.
+    mesh : the mesh, with m faces and n vertices
 
     Returns
     -------
-    csr_array, shape (3 m, n)
-        In 1 / unit of the vertices. Rows 0 .. m - 1 hold the x components of all faces, then come m rows of y, then m
-        of z, as in libigl: ``arrows_of_rows(G @ f)`` is the (m, 3) array of arrows.
-
-    Raises
-    ------
-    ValueError
-        If a face has no area.
+    (3 m, n) csr_array: in 1 / unit of the vertices. Rows 0 .. m - 1 hold the x components of all faces, then come m
+    rows of y, then m of z, as in libigl: ``arrows_of_rows(G @ f)`` is the (m, 3) array of arrows. Raises ValueError if
+    a face has no area.
 
     Examples
     --------
@@ -119,20 +113,13 @@ def spread_faces(mesh: TriangleMesh, n: int) -> IntArray:
 
     Parameters
     ----------
-    mesh : TriangleMesh
-        The mesh, with m faces.
-    n : int
-        Number of faces, 1 .. m.
+    mesh : the mesh, with m faces
+    n : number of faces, 1 .. m.
 
     Returns
     -------
-    ndarray of int64, shape (n,)
-        Faces in the order of choice, so that the first half of them is spread evenly too.
-
-    Raises
-    ------
-    TypeError, ValueError
-        If n is out of range.
+    (n,) ndarray of int64: faces in the order of choice, so that the first half of them is spread evenly too. Raises
+    TypeError or ValueError if n is out of range.
 
     Examples
     --------
@@ -155,18 +142,12 @@ def divergence_matrix(mesh: TriangleMesh) -> sp.csr_array:
 
     Parameters
     ----------
-    mesh : TriangleMesh
-        The mesh, with m faces and n vertices.
+    mesh : the mesh, with m faces and n vertices
 
     Returns
     -------
-    csr_array, shape (n, 3 m)
-        Its values are integrated over each vertex's patch; divide by the lumped mass for the pointwise divergence.
-
-    Raises
-    ------
-    ValueError
-        If a face has no area.
+    (n, 3 m) csr_array: its values are integrated over each vertex's patch; divide by the lumped mass for the pointwise
+    divergence. Raises ValueError if a face has no area.
 
     Examples
     --------
@@ -202,20 +183,13 @@ def restrict_to(L: sp.csr_array, M: sp.csr_array, keep: ArrayLike) -> tuple[sp.c
 
     Parameters
     ----------
-    L, M : sparse array, shape (n, n)
-        Laplacian and mass matrix.
-    keep : array_like of int, shape (p,)
-        Vertices that stay free, without repetition; for a mesh, those not in `boundary_vertices`.
+    L, M : (n, n) sparse, Laplacian and mass matrix
+    keep : (p,) int, vertices that stay free, without repetition; for a mesh, those not in `boundary_vertices`
 
     Returns
     -------
-    L, M : csr_array, shape (p, p)
-        Rows and columns of the free vertices.
-
-    Raises
-    ------
-    TypeError, ValueError
-        If an index is out of range or repeated, or none is given.
+    L, M (p, p) csr_array: rows and columns of the free vertices. Raises TypeError or ValueError if an index is out of
+    range or repeated, or none is given.
 
     Examples
     --------
@@ -240,20 +214,13 @@ def boundary_mass_matrix(mesh: TriangleMesh, *, vertices: ArrayLike | None = Non
 
     Parameters
     ----------
-    mesh : TriangleMesh
-        The mesh, with a boundary.
-    vertices : array_like of int, shape (p,), optional
-        Take only the boundary edges with both ends among these; by default all.
+    mesh : the mesh, with a boundary
+    vertices : (p,) int, take only the boundary edges with both ends among these; by default all
 
     Returns
     -------
-    csr_array, shape (n, n)
-        Symmetric positive semidefinite, in units of the vertices.
-
-    Raises
-    ------
-    TypeError, ValueError
-        If a vertex is out of range, or no boundary edge is left.
+    (n, n) csr_array: symmetric positive semidefinite, in units of the vertices. Raises TypeError or ValueError if a
+    vertex is out of range, or no boundary edge is left.
 
     Examples
     --------
@@ -282,20 +249,16 @@ class PoissonSolver:
 
     Parameters
     ----------
-    L, M : sparse array, shape (n, n)
-        Laplacian (positive semidefinite) and mass matrix, of any kind. ``L + a * boundary_mass_matrix(mesh)`` sets the
-        Robin condition du/dn + a u = load on the boundary; L alone Neumann's.
-    fixed : array_like of int, shape (p,), optional
-        Vertices where u is prescribed: the Dirichlet condition. Without any, and with c = 0 and no Robin condition, u
-        is unique up to a constant and the domain must be connected; its mean is then zero.
-    screening : float
-        The number c, at least 0, in the units of M^-1 L.
+    L, M : (n, n) sparse, Laplacian (positive semidefinite) and mass matrix, of any kind. ``L + a *
+        boundary_mass_matrix(mesh)`` sets the Robin condition du/dn + a u = load on the boundary; L alone Neumann's.
+    fixed : (p,) int, vertices where u is prescribed: the Dirichlet condition. Without any, and with c = 0 and no Robin
+        condition, u is unique up to a constant and the domain must be connected; its mean is then zero.
+    screening : the number c, at least 0, in the units of M^-1 L
 
     Raises
     ------
-    TypeError, ValueError
-        If shapes or indices do not fit, L has a negative eigenvalue, or the domain has several components and one has
-        no fixed vertex.
+    TypeError or ValueError if shapes or indices do not fit, L has a negative eigenvalue, or the domain has several
+    components and one has no fixed vertex.
 
     Examples
     --------
@@ -349,26 +312,17 @@ class PoissonSolver:
 
         Parameters
         ----------
-        f : array_like, shape (n,) or (n, d), optional
-            Source, pointwise.
-        load : array_like, shape (n,) or (n, d), optional
-            Source, weak: integrated over each vertex's patch. It is added to M f; a divergence or a flux through the
-            boundary is one.
-        values : array_like, shape (p,) or (p, d), optional
-            The solution at the fixed vertices; zero by default.
-        remove_mean : bool
-            Take away the part of the source that no drain balances, where nothing ties u down; by default it is
-            refused.
+        f : (n,) or (n, d), source, pointwise
+        load : (n,) or (n, d), source, weak: integrated over each vertex's patch. It is added to M f; a divergence or a
+            flux through the boundary is one.
+        values : (p,) or (p, d), the solution at the fixed vertices; zero by default
+        remove_mean : take away the part of the source that no drain balances, where nothing ties u down; by default it
+            is refused
 
         Returns
         -------
-        ndarray, shape (n,) or (n, d)
-            Pointwise; with mean zero where nothing ties it down.
-
-        Raises
-        ------
-        TypeError, ValueError
-            If a shape does not fit, or a source is not balanced that has to be.
+        (n,) or (n, d): pointwise; with mean zero where nothing ties it down. Raises TypeError or ValueError if a shape
+        does not fit, or a source is not balanced that has to be.
         """
         n = self.M.shape[0]
         total: FloatArray | None = None if f is None else self.M @ as_signal("f", f, n)
@@ -415,20 +369,12 @@ def solve_poisson(
 
     Parameters
     ----------
-    L, M, fixed, screening
-        See `PoissonSolver`.
-    f, load, values, remove_mean
-        See `PoissonSolver.solve`.
+    L, M, fixed, screening : see `PoissonSolver`
+    f, load, values, remove_mean : see `PoissonSolver.solve`
 
     Returns
     -------
-    ndarray, shape (n,) or (n, d)
-        The solution, pointwise.
-
-    Raises
-    ------
-    TypeError, ValueError
-        As there.
+    (n,) or (n, d): the solution, pointwise. Raises TypeError or ValueError as there.
 
     Examples
     --------

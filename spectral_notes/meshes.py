@@ -31,9 +31,8 @@ class TriangleMesh:
 
     Raises
     ------
-    TypeError, ValueError
-        If an array has the wrong type or shape, a coordinate is not finite or beyond 1e50, an index is out of range, or
-        a face names a vertex twice (`clean_mesh` drops such faces).
+    TypeError or ValueError if an array has the wrong type or shape, a coordinate is not finite or beyond 1e50, an index
+    is out of range, or a face names a vertex twice (`clean_mesh` drops such faces).
 
     Examples
     --------
@@ -97,8 +96,8 @@ class PointCloud:
 
     Raises
     ------
-    TypeError, ValueError
-        If the array has the wrong type or shape, is empty, or holds numbers that are not finite or beyond 1e50.
+    TypeError or ValueError if the array has the wrong type or shape, is empty, or holds numbers that are not finite or
+    beyond 1e50.
 
     Examples
     --------

@@ -87,19 +87,13 @@ def edge_transport(surface: Surface) -> Transport:
 
     Parameters
     ----------
-    surface : TriangleMesh, or pair of faces (m, 3) and lengths (m, 3)
-        An oriented manifold. Column c of the lengths is the edge opposite to corner c, as in `shapes.flat_torus`.
+    surface : TriangleMesh, or pair of faces (m, 3) and lengths (m, 3), an oriented manifold. Column c of the lengths is
+        the edge opposite to corner c, as in `shapes.flat_torus`.
 
     Returns
     -------
-    Transport
-        Angles, turns and weights of the edges.
-
-    Raises
-    ------
-    TypeError, ValueError
-        If the faces have no common orientation, an edge has three faces, a vertex several fans or none, or lengths make
-        no triangle.
+    Angles, turns and weights of the edges. Raises TypeError or ValueError if the faces have no common orientation, an
+    edge has three faces, a vertex several fans or none, or lengths make no triangle.
 
     Examples
     --------
@@ -158,21 +152,14 @@ def connection_laplacian(surface: Surface, n_fold: int = 1) -> tuple[sp.csr_arra
 
     Parameters
     ----------
-    surface : TriangleMesh, or pair of faces (m, 3) and lengths (m, 3)
-        As in `edge_transport`.
-    n_fold : int
-        1 for arrows, 2 for lines, 4 for crosses.
+    surface : TriangleMesh, or pair of faces (m, 3) and lengths (m, 3), as in `edge_transport`
+    n_fold : 1 for arrows, 2 for lines, 4 for crosses
 
     Returns
     -------
-    L, M : csr_array, shape (2 n, 2 n)
-        Every eigenvalue comes at least twice: a field, and the same a quarter turn on. On the unit sphere they are
-        l (l + 1) - n_fold^2, each 2 (2 l + 1) times, for l = n_fold, n_fold + 1, ...
-
-    Raises
-    ------
-    TypeError, ValueError
-        As in `edge_transport`, or if `n_fold` is not an integer of at least 1.
+    L, M (2 n, 2 n) csr_array: every eigenvalue comes at least twice: a field, and the same a quarter turn on. On the
+    unit sphere they are l (l + 1) - n_fold^2, each 2 (2 l + 1) times, for l = n_fold, n_fold + 1, ... Raises TypeError or
+    ValueError as in `edge_transport`, or if `n_fold` is not an integer of at least 1.
 
     Examples
     --------
@@ -197,24 +184,15 @@ def smoothest_field(
 
     Parameters
     ----------
-    surface : TriangleMesh, or pair of faces (m, 3) and lengths (m, 3)
-        As in `edge_transport`.
-    n_fold : int
-        1 for arrows, 2 for lines, 4 for crosses.
-    fixed : array_like of int, shape (p,), optional
-        Vertices where the field is given.
-    values : array_like of complex, shape (p,)
-        Its values there, powers of arrows where `n_fold` is above 1.
+    surface : TriangleMesh, or pair of faces (m, 3) and lengths (m, 3), as in `edge_transport`
+    n_fold : 1 for arrows, 2 for lines, 4 for crosses
+    fixed : (p,) int, vertices where the field is given
+    values : (p,) complex, its values there, powers of arrows where `n_fold` is above 1
 
     Returns
     -------
-    ndarray of complex, shape (n,)
-        One number a vertex, in the frames of `edge_transport`; of norm one in M if nothing is fixed.
-
-    Raises
-    ------
-    TypeError, ValueError
-        As in `connection_laplacian`, or if the fixed vertices and values do not fit.
+    (n,) complex: one number a vertex, in the frames of `edge_transport`; of norm one in M if nothing is fixed. Raises
+    TypeError or ValueError as in `connection_laplacian`, or if the fixed vertices and values do not fit.
 
     Examples
     --------
@@ -244,22 +222,14 @@ def field_indices(surface: Surface, z: ArrayLike, n_fold: int = 1) -> FloatArray
 
     Parameters
     ----------
-    surface : TriangleMesh, or pair of faces (m, 3) and lengths (m, 3)
-        As in `edge_transport`.
-    z : array_like of complex, shape (n,)
-        A field without zeros at vertices, as from `smoothest_field`.
-    n_fold : int
-        1 for arrows, 2 for lines, 4 for crosses.
+    surface : TriangleMesh, or pair of faces (m, 3) and lengths (m, 3), as in `edge_transport`
+    z : (n,) complex, a field without zeros at vertices, as from `smoothest_field`
+    n_fold : 1 for arrows, 2 for lines, 4 for crosses
 
     Returns
     -------
-    ndarray, shape (m,)
-        Whole multiples of 1 / n_fold.
-
-    Raises
-    ------
-    TypeError, ValueError
-        As in `connection_laplacian`, or if z does not fit, is not finite or zero at a vertex.
+    (m,): whole multiples of 1 / n_fold. Raises TypeError or ValueError as in `connection_laplacian`, or if z does not
+    fit, is not finite or zero at a vertex.
 
     Examples
     --------
@@ -286,24 +256,15 @@ def transport_vector(surface: Surface, vertex: int, value: complex = 1.0, *, ste
 
     Parameters
     ----------
-    surface : TriangleMesh, or pair of faces (m, 3) and lengths (m, 3)
-        As in `edge_transport`, in one piece.
-    vertex : int
-        Where the vector starts.
-    value : complex
-        The vector there, in the frame of `edge_transport`.
-    step : float, optional
-        Time of the heat steps; by default the square of the mean edge length.
+    surface : TriangleMesh, or pair of faces (m, 3) and lengths (m, 3), as in `edge_transport`, in one piece
+    vertex : where the vector starts
+    value : complex, the vector there, in the frame of `edge_transport`
+    step : time of the heat steps; by default the square of the mean edge length
 
     Returns
     -------
-    ndarray of complex, shape (n,)
-        One vector a vertex, each as long as the first.
-
-    Raises
-    ------
-    TypeError, ValueError
-        As in `edge_transport`, or if the vertex is out of range or the step not positive.
+    (n,) complex: one vector a vertex, each as long as the first. Raises TypeError or ValueError as in `edge_transport`,
+    or if the vertex is out of range or the step not positive.
 
     Examples
     --------
@@ -335,22 +296,14 @@ def arrows_of_field(mesh: TriangleMesh, z: ArrayLike, n_fold: int = 1) -> FloatA
 
     Parameters
     ----------
-    mesh : TriangleMesh
-        The surface.
-    z : array_like of complex, shape (n,)
-        A field; of an n-fold one the root with the smallest angle is drawn, as long as z.
-    n_fold : int
-        1 for arrows, 2 for lines, 4 for crosses.
+    mesh : the surface
+    z : (n,) complex, a field; of an n-fold one the root with the smallest angle is drawn, as long as z
+    n_fold : 1 for arrows, 2 for lines, 4 for crosses
 
     Returns
     -------
-    ndarray (n, 3)
-        One arrow a vertex. ``geometry`` and matrices know nothing of them: they are for pictures and for input.
-
-    Raises
-    ------
-    TypeError, ValueError
-        As in `field_indices`.
+    ndarray (n, 3): one arrow a vertex. ``geometry`` and matrices know nothing of them: they are for pictures and for
+    input. Raises TypeError or ValueError as in `field_indices`.
 
     Examples
     --------
@@ -380,20 +333,13 @@ def hodge_parts(mesh: TriangleMesh, field: ArrayLike) -> tuple[FloatArray, Float
 
     Parameters
     ----------
-    mesh : TriangleMesh
-        A connected manifold, with m faces.
-    field : array_like, shape (m, 3)
-        Arrows; what sticks out of a face's plane is left off.
+    mesh : a connected manifold, with m faces
+    field : (m, 3), arrows; what sticks out of a face's plane is left off
 
     Returns
     -------
-    gradient, turned, harmonic : ndarray (m, 3)
-        The parts.
-
-    Raises
-    ------
-    TypeError, ValueError
-        If the field does not fit, a face has no area, or the mesh has several pieces or no common orientation.
+    gradient, turned, harmonic ndarray (m, 3): the parts. Raises TypeError or ValueError if the field does not fit, a
+    face has no area, or the mesh has several pieces or no common orientation.
 
     Examples
     --------
@@ -420,20 +366,13 @@ def harmonic_fields(mesh: TriangleMesh, *, seed: int = 0) -> FloatArray:
 
     Parameters
     ----------
-    mesh : TriangleMesh
-        A connected manifold.
-    seed : int
-        Chooses the random fields whose harmonic parts span the space, and so the basis.
+    mesh : a connected manifold
+    seed : chooses the random fields whose harmonic parts span the space, and so the basis
 
     Returns
     -------
-    ndarray (2 genus + holes, m, 3)
-        Fields with unit integral of |X|^2; for a mesh with h boundary loops, h - 1 more.
-
-    Raises
-    ------
-    TypeError, ValueError
-        As in `hodge_parts`.
+    ndarray (2 genus + holes, m, 3): fields with unit integral of |X|^2; for a mesh with h boundary loops, h - 1 more.
+    Raises TypeError or ValueError as in `hodge_parts`.
 
     Examples
     --------

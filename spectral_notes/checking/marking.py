@@ -59,7 +59,7 @@ class Marks:
     Raises
     ------
     ValueError
-        If there is no verdict or or the points are not positive.
+        If there is no verdict or the points are not positive.
 
     Examples
     --------

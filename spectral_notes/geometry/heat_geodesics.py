@@ -25,16 +25,13 @@ class HeatMethod:
 
     Parameters
     ----------
-    mesh : TriangleMesh
-        The mesh; a boundary is insulated.
-    step : float, optional
-        Time of the heat step; by default the square of the mean edge length. A step far below the square of the local
-        edge length follows the edges of the mesh, and not its surface.
+    mesh : the mesh; a boundary is insulated
+    step : time of the heat step; by default the square of the mean edge length. A step far below the square of the
+        local edge length follows the edges of the mesh, and not its surface.
 
     Raises
     ------
-    TypeError, ValueError
-        If the step is not positive, a face has no area or a vertex no face.
+    TypeError or ValueError if the step is not positive, a face has no area or a vertex no face.
 
     Examples
     --------
@@ -77,20 +74,12 @@ class HeatMethod:
 
         Parameters
         ----------
-        sources : array_like of int, shape (p,)
-            Vertices where the distance is zero; each component of the mesh needs one.
+        sources : (p,) int, vertices where the distance is zero; each component of the mesh needs one
 
         Returns
         -------
-        ndarray, shape (n,)
-            In units of the vertices.
-
-        Raises
-        ------
-        TypeError, ValueError
-            If no source is given, one is out of range, or a component has none.
-        ArithmeticError
-            If the step is so short that the heat of a face is zero in floating point.
+        (n,): in units of the vertices. Raises TypeError or ValueError if no source is given, one is out of range, or a
+        component has none; ArithmeticError if the step is so short that the heat of a face is zero in floating point.
         """
         sources = _one_a_piece(sources, self._pieces)
         held = self._pieces[sources]
@@ -132,20 +121,12 @@ def heat_distances(mesh: TriangleMesh, sources: ArrayLike, *, step: float | None
 
     Parameters
     ----------
-    mesh, step
-        See `HeatMethod`.
-    sources : array_like of int, shape (p,)
-        Vertices where the distance is zero; each component of the mesh needs one.
+    mesh, step : see `HeatMethod`
+    sources : (p,) int, vertices where the distance is zero; each component of the mesh needs one
 
     Returns
     -------
-    ndarray, shape (n,)
-        In units of the vertices.
-
-    Raises
-    ------
-    TypeError, ValueError, ArithmeticError
-        As there.
+    (n,): in units of the vertices. Raises TypeError or ValueError or ArithmeticError as there.
 
     Examples
     --------

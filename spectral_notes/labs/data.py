@@ -47,13 +47,11 @@ class LabData:
 
         Parameters
         ----------
-        name : str
-            Where the file will lie below ``_static``, without ``.js``.
+        name : where the file will lie below ``_static``, without ``.js``
 
         Returns
         -------
-        str
-            One call of ``spectralNotes.register``.
+        One call of ``spectralNotes.register``.
         """
         return registering(name, pack(self.facts, self.arrays))
 
@@ -63,13 +61,11 @@ def in_unit_area(mesh: TriangleMesh) -> TriangleMesh:
 
     Parameters
     ----------
-    mesh : TriangleMesh
-        The mesh.
+    mesh : the mesh
 
     Returns
     -------
-    TriangleMesh
-        Moved and scaled.
+    Moved and scaled.
 
     Examples
     --------
@@ -91,22 +87,13 @@ def surface_data(mesh: TriangleMesh, k: int, *, in_bytes: bool = False) -> LabDa
 
     Parameters
     ----------
-    mesh : TriangleMesh
-        The surface, at most 20,000 vertices; see `coarse_copy`.
-    k : int
-        How many modes, up to the number of vertices.
-    in_bytes : bool
-        Whether modes beyond the 40th take one byte a vertex.
+    mesh : the surface, at most 20,000 vertices; see `coarse_copy`
+    k : how many modes, up to the number of vertices
+    in_bytes : whether modes beyond the 40th take one byte a vertex
 
     Returns
     -------
-    LabData
-        The data.
-
-    Raises
-    ------
-    ValueError
-        If the mesh has too many vertices, or fewer than k.
+    The data. Raises ValueError if the mesh has too many vertices, or fewer than k.
     """
     as_count("mesh's number of vertices", mesh.n_vertices, k, MAX_VERTICES)
     mesh = in_unit_area(mesh)
@@ -135,13 +122,11 @@ def viewpoint(mesh: TriangleMesh) -> dict[str, Any]:
 
     Parameters
     ----------
-    mesh : TriangleMesh
-        The mesh.
+    mesh : the mesh
 
     Returns
     -------
-    dict
-        name, eye and up.
+    name, eye and up.
 
     Examples
     --------
@@ -158,15 +143,12 @@ def quantise(evecs: FloatArray, n_half: int) -> dict[str, NDArray[Any]]:
 
     Parameters
     ----------
-    evecs : ndarray (n, k)
-        The modes.
-    n_half : int
-        How many keep half precision.
+    evecs : ndarray (n, k), the modes
+    n_half : how many keep half precision
 
     Returns
     -------
-    dict
-        evecs (n_half, n); and, if modes are left, evecs_in_bytes (k - n_half, n) and steps (k - n_half,).
+    evecs (n_half, n); and, if modes are left, evecs_in_bytes (k - n_half, n) and steps (k - n_half,).
     """
     half = {"evecs": evecs[:, :n_half].T.astype(np.float16)}
     rest = evecs[:, n_half:].T

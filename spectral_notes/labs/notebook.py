@@ -31,25 +31,16 @@ def lab(name: str, *meshes: TriangleMesh, k: int | None = None, p2p_21: ArrayLik
 
     Parameters
     ----------
-    name : {"eigenfunctions", "reconstruction", "heat", "functional-map", "clusters", "fourier", "ends"}
-        Which lab.
-    *meshes : TriangleMesh
-        One for "reconstruction" and "heat"; one or more for "eigenfunctions"; two for "functional-map"; poses with the
-        same faces for "clusters"; none for "fourier" and "ends".
-    k : int, optional
-        How many modes; by default what the lab of the book has, or as many as there are vertices.
-    p2p_21 : array_like of int, shape (n_2,), optional
-        For "functional-map": vertex of 2 -> vertex of 1; not needed when the two share their faces.
+    name : {"eigenfunctions", "reconstruction", "heat", "functional-map", "clusters", "fourier", "ends"}, which lab
+    *meshes : one for "reconstruction" and "heat"; one or more for "eigenfunctions"; two for "functional-map"; poses
+        with the same faces for "clusters"; none for "fourier" and "ends"
+    k : how many modes; by default what the lab of the book has, or as many as there are vertices
+    p2p_21 : (n_2,) int, for "functional-map": vertex of 2 -> vertex of 1; not needed when the two share their faces
 
     Returns
     -------
-    Page
-        The page.
-
-    Raises
-    ------
-    TypeError, ValueError
-        If the name is none of these, the meshes are not as many as the lab needs, or cannot be simplified.
+    The page. Raises TypeError or ValueError if the name is none of these, the meshes are not as many as the lab needs,
+    or cannot be simplified.
 
     Examples
     --------

@@ -25,22 +25,14 @@ def map_data(mesh_1: TriangleMesh, mesh_2: TriangleMesh, p2p_21: ArrayLike, k: i
 
     Parameters
     ----------
-    mesh_1, mesh_2 : TriangleMesh
-        The surfaces.
-    p2p_21 : array_like of int, shape (n_2,)
-        Vertex of 2 -> vertex of 1.
-    k : int
-        How many modes of each.
+    mesh_1, mesh_2 : the surfaces
+    p2p_21 : (n_2,) int, vertex of 2 -> vertex of 1
+    k : how many modes of each
 
     Returns
     -------
-    LabData
-        The data.
-
-    Raises
-    ------
-    TypeError, ValueError
-        If the point map has not one vertex of the first surface for each vertex of the second.
+    The data. Raises TypeError or ValueError if the point map has not one vertex of the first surface for each vertex of
+    the second.
 
     Examples
     --------
@@ -70,22 +62,13 @@ def parts_data(poses: Sequence[TriangleMesh], counts: Sequence[int], *, d: int =
 
     Parameters
     ----------
-    poses : sequence of TriangleMesh
-        Meshes with the same faces.
-    counts : sequence of int
-        Numbers of parts, in ascending order, at most 12.
-    d : int
-        Coordinates of the embedding.
+    poses : sequence of TriangleMesh, meshes with the same faces
+    counts : sequence of int, numbers of parts, in ascending order, at most 12
+    d : coordinates of the embedding
 
     Returns
     -------
-    LabData
-        The data.
-
-    Raises
-    ------
-    ValueError
-        If the faces of the poses differ, or a count is not between 1 and 12.
+    The data. Raises ValueError if the faces of the poses differ, or a count is not between 1 and 12.
 
     Examples
     --------

@@ -33,24 +33,16 @@ def wave_kernels(basis: Eigenbasis, landmarks: ArrayLike, energies: ArrayLike, w
 
     Parameters
     ----------
-    basis : Eigenbasis
-        The modes.
-    landmarks : array_like of int, shape (q,)
-        Vertices.
-    energies : array_like, shape (p,), p >= 2
-        Logarithms of eigenvalues, ascending; `signature_energies` chooses them, and the width.
-    width : float
-        Standard deviation in e, above 0.
+    basis : the modes
+    landmarks : (q,) int, vertices
+    energies : (p,) array_like, p >= 2, logarithms of eigenvalues, ascending; `signature_energies` chooses them, and the
+        width
+    width : standard deviation in e, above 0
 
     Returns
     -------
-    ndarray, shape (n, q * p)
-        Pointwise; the p columns of the first landmark first.
-
-    Raises
-    ------
-    TypeError, ValueError
-        If a landmark is no vertex, energies do not increase, or the width is not positive.
+    (n, q * p): pointwise; the p columns of the first landmark first. Raises TypeError or ValueError if a landmark is no
+    vertex, energies do not increase, or the width is not positive.
 
     Examples
     --------
@@ -84,24 +76,15 @@ def point_descriptors(
 
     Parameters
     ----------
-    basis : Eigenbasis
-        The modes.
-    landmarks : array_like of int, shape (q,)
-        Vertices whose images are known.
-    kind : {"wave", "heat"}
-        The signature: of waves or of heat.
-    n_each : int
-        Columns of the signature, and of each landmark.
+    basis : the modes
+    landmarks : (q,) int, vertices whose images are known
+    kind : {"wave", "heat"}, the signature: of waves or of heat
+    n_each : columns of the signature, and of each landmark
 
     Returns
     -------
-    ndarray, shape (n, (1 + q) * n_each)
-        Pointwise.
-
-    Raises
-    ------
-    TypeError, ValueError
-        If a landmark is no vertex, or the kind is none of these.
+    (n, (1 + q) ndarray * n_each): pointwise. Raises TypeError or ValueError if a landmark is no vertex, or the kind is
+    none of these.
 
     Examples
     --------
@@ -128,15 +111,12 @@ def multiplications(basis: Eigenbasis, functions: ArrayLike) -> list[FloatArray]
 
     Parameters
     ----------
-    basis : Eigenbasis
-        The modes, with a lumped mass matrix.
-    functions : array_like, shape (n, p)
-        Pointwise.
+    basis : the modes, with a lumped mass matrix
+    functions : (n, p), pointwise
 
     Returns
     -------
-    list of ndarray, shape (k, k)
-        One for each function.
+    (k, k) list of ndarray: one for each function.
 
     Examples
     --------
@@ -162,17 +142,13 @@ def rotations(mesh: TriangleMesh, basis: Eigenbasis, functions: ArrayLike) -> li
 
     Parameters
     ----------
-    mesh : TriangleMesh
-        The shape, its faces counter-clockwise seen from outside.
-    basis : Eigenbasis
-        Its modes.
-    functions : array_like, shape (n, p)
-        Pointwise.
+    mesh : the shape, its faces counter-clockwise seen from outside
+    basis : its modes
+    functions : (n, p), pointwise
 
     Returns
     -------
-    list of ndarray, shape (k, k)
-        One for each function.
+    (k, k) list of ndarray: one for each function.
 
     Examples
     --------
@@ -213,24 +189,17 @@ def fit_functional_map(
 
     Parameters
     ----------
-    basis_1, basis_2 : Eigenbasis
-        The modes of both shapes, k1 and k2 of them; some 20 to 40 with operators.
-    descriptors_1, descriptors_2 : array_like, shapes (n1, p) and (n2, p)
-        Functions that correspond, column by column.
-    operators : sequence of (ndarray (k1, k1), ndarray (k2, k2))
-        Operators that correspond, from `multiplications` or `rotations`.
-    w_laplacian, w_operators : float
-        Weights of commutativity with the Laplacian and with the operators, relative to the descriptors.
+    basis_1, basis_2 : the modes of both shapes, k1 and k2 of them; some 20 to 40 with operators
+    descriptors_1, descriptors_2 : array_like, shapes (n1, p) and (n2, p), functions that correspond, column by column
+    operators : sequence of (ndarray (k1, k1), ndarray (k2, k2)), operators that correspond, from `multiplications` or
+        `rotations`
+    w_laplacian, w_operators : weights of commutativity with the Laplacian and with the operators, relative to the
+        descriptors
 
     Returns
     -------
-    ndarray, shape (k2, k1)
-        C_12.
-
-    Raises
-    ------
-    TypeError, ValueError
-        If the descriptors do not fit the shapes or each other, or a weight is negative.
+    (k2, k1): c_12. Raises TypeError or ValueError if the descriptors do not fit the shapes or each other, or a weight
+    is negative.
 
     Examples
     --------

@@ -22,22 +22,14 @@ def icp(basis_1: Eigenbasis, basis_2: Eigenbasis, C_12: ArrayLike, *, n_rounds: 
 
     Parameters
     ----------
-    basis_1, basis_2 : Eigenbasis
-        The modes of both shapes, at least k1 and k2.
-    C_12 : array_like, shape (k2, k1)
-        Where to start.
-    n_rounds : int
-        How many rounds.
+    basis_1, basis_2 : the modes of both shapes, at least k1 and k2
+    C_12 : (k2, k1), where to start
+    n_rounds : how many rounds
 
     Returns
     -------
-    ndarray, shape (k2, k1)
-        C_12 with C_12^T C_12 = I (or C_12 C_12^T = I) times area 2 / area 1.
-
-    Raises
-    ------
-    TypeError, ValueError
-        If the matrix does not fit the bases.
+    (k2, k1): c_12 with C_12^T C_12 = I (or C_12 C_12^T = I) times area 2 / area 1. Raises TypeError or ValueError if
+    the matrix does not fit the bases.
 
     Examples
     --------
@@ -70,27 +62,17 @@ def zoomout(
 
     Parameters
     ----------
-    basis_1, basis_2 : Eigenbasis
-        The modes of both shapes, at least k.
-    C_12 : array_like, shape (k2, k1)
-        Where to start; k1 and k2 grow by the same step up to k.
-    k : int, optional
-        Modes at the end; all that both bases have by default.
-    step : int
-        Modes more in each round. The larger, the fewer rounds; 1 is the original method, 10 is as accurate here.
-    samples : (array_like of int, array_like of int), optional
-        Vertices of shapes 1 and 2 to work with instead of all, for speed; see `sample_vertices`. C_12 is then fitted to
-        them by least squares.
+    basis_1, basis_2 : the modes of both shapes, at least k
+    C_12 : (k2, k1), where to start; k1 and k2 grow by the same step up to k
+    k : modes at the end; all that both bases have by default
+    step : modes more in each round. The larger, the fewer rounds; 1 is the original method, 10 is as accurate here.
+    samples : (array_like of int, array_like of int), vertices of shapes 1 and 2 to work with instead of all, for speed;
+        see `sample_vertices`. C_12 is then fitted to them by least squares.
 
     Returns
     -------
-    ndarray, shape (k, k)
-        C_12.
-
-    Raises
-    ------
-    TypeError, ValueError
-        If the matrix does not fit the bases, k is below its size, or there are fewer samples than modes.
+    (k, k): c_12. Raises TypeError or ValueError if the matrix does not fit the bases, k is below its size, or there are
+    fewer samples than modes.
 
     Examples
     --------
@@ -126,22 +108,14 @@ def bijective_zoomout(
 
     Parameters
     ----------
-    basis_1, basis_2 : Eigenbasis
-        The modes of both shapes, at least k.
-    C_12, C_21 : array_like, shape (j, j)
-        Where to start, square.
-    k, step, samples
-        As for `zoomout`.
+    basis_1, basis_2 : the modes of both shapes, at least k
+    C_12, C_21 : (j, j), where to start, square
+    k, step, samples : as for `zoomout`
 
     Returns
     -------
-    C_12, C_21 : ndarray, shape (k, k)
-        Functional maps from 1 to 2 and from 2 to 1.
-
-    Raises
-    ------
-    TypeError, ValueError
-        If the matrices are not square and of equal size, or do not fit the bases.
+    C_12, C_21 (k, k): functional maps from 1 to 2 and from 2 to 1. Raises TypeError or ValueError if the matrices are
+    not square and of equal size, or do not fit the bases.
 
     Examples
     --------
@@ -177,20 +151,13 @@ def sample_vertices(mesh: TriangleMesh, n: int) -> IntArray:
 
     Parameters
     ----------
-    mesh : TriangleMesh
-        The mesh.
-    n : int
-        How many, at most the number of vertices.
+    mesh : the mesh
+    n : how many, at most the number of vertices
 
     Returns
     -------
-    ndarray of int64, shape (n,)
-        Vertices, from coarse to fine: the first m of them are the answer for m. Vertex 0 is the first.
-
-    Raises
-    ------
-    TypeError, ValueError
-        If there are not so many vertices.
+    (n,) ndarray of int64: vertices, from coarse to fine: the first m of them are the answer for m. Vertex 0 is the
+    first. Raises TypeError or ValueError if there are not so many vertices.
 
     Examples
     --------

@@ -27,22 +27,15 @@ def shared_functions(bases: Sequence[Eigenbasis], maps: Maps, k: int | None = No
 
     Parameters
     ----------
-    bases : sequence of n Eigenbasis
-        The modes of the shapes, each scaled to area one.
-    maps : dict of (int, int) to (k_j, k_i) array
-        For pairs (i, j), the functional map from functions on i to functions on j, by `match_shapes`.
-    k : int, optional
-        How many functions; as many as the smallest map has modes by default.
+    bases : sequence of n Eigenbasis, the modes of the shapes, each scaled to area one
+    maps : dict of (int, int) to (k_j, k_i) array, for pairs (i, j), the functional map from functions on i to functions
+        on j, by `match_shapes`
+    k : how many functions; as many as the smallest map has modes by default
 
     Returns
     -------
-    list of n ndarray, shape (k_i, k)
-        Coefficients; column by column the same function, from smooth to rough.
-
-    Raises
-    ------
-    TypeError, ValueError
-        If a map does not fit its bases, the maps do not join the shapes, or k is out of range.
+    (k_i, k) list of n ndarray: coefficients; column by column the same function, from smooth to rough. Raises TypeError
+    or ValueError if a map does not fit its bases, the maps do not join the shapes, or k is out of range.
 
     Examples
     --------
@@ -89,23 +82,15 @@ def shared_embedding(
 
     Parameters
     ----------
-    bases : sequence of n Eigenbasis
-        The modes of the shapes.
-    shared : sequence of n array_like, shape (k_i, k)
-        From `shared_functions`.
-    d : int, optional
-        Coordinates; all k - 1 by default.
+    bases : sequence of n Eigenbasis, the modes of the shapes
+    shared : (k_i, k) sequence of n array_like, from `shared_functions`
+    d : coordinates; all k - 1 by default
 
     Returns
     -------
-    list of n ndarray, shape (n_i, d)
-        Without unit. `nearest_rows` of two of them is a point map; `spectral_clusters` of all of them cuts all shapes
-        at once.
-
-    Raises
-    ------
-    TypeError, ValueError
-        If the coefficients do not fit the bases, or d is out of range.
+    (n_i, d) list of n ndarray: without unit. `nearest_rows` of two of them is a point map; `spectral_clusters` of all
+    of them cuts all shapes at once. Raises TypeError or ValueError if the coefficients do not fit the bases, or d is
+    out of range.
 
     Examples
     --------
@@ -133,20 +118,13 @@ def consistent_maps(bases: Sequence[Eigenbasis], maps: Maps, *, n_rounds: int = 
 
     Parameters
     ----------
-    bases, maps
-        As for `shared_functions`.
-    n_rounds : int
-        How often; after the first, maps between all pairs count.
+    bases, maps : as for `shared_functions`
+    n_rounds : how often; after the first, maps between all pairs count
 
     Returns
     -------
-    dict of (int, int) to ndarray of int64
-        For pairs (i, j), p2p_ji: a vertex of i for each vertex of j, beside C_ij.
-
-    Raises
-    ------
-    TypeError, ValueError
-        As for `shared_functions`.
+    dict of (int, int) to ndarray of int64: for pairs (i, j), p2p_ji: a vertex of i for each vertex of j, beside C_ij.
+    Raises TypeError or ValueError as for `shared_functions`.
 
     Examples
     --------
@@ -178,20 +156,14 @@ def cycle_error(meshes: Sequence[TriangleMesh], maps: Mapping[tuple[int, int], A
 
     Parameters
     ----------
-    meshes : sequence of n TriangleMesh
-        The shapes.
-    maps : dict of (int, int) to array_like of int
-        For pairs (i, j), a vertex of i for each vertex of j, as from `consistent_maps`; all pairs, both ways.
+    meshes : sequence of n TriangleMesh, the shapes
+    maps : dict of (int, int) to array_like of int, for pairs (i, j), a vertex of i for each vertex of j, as from
+        `consistent_maps`; all pairs, both ways
 
     Returns
     -------
-    float
-        0 for maps that agree.
-
-    Raises
-    ------
-    TypeError, ValueError
-        If a map does not fit its shapes, or fewer than three shapes are given.
+    0 for maps that agree. Raises TypeError or ValueError if a map does not fit its shapes, or fewer than three shapes
+    are given.
 
     Examples
     --------

@@ -49,24 +49,15 @@ def match_part(
 
     Parameters
     ----------
-    whole, part : TriangleMesh
-        Shapes 1 and 2, connected, consistently oriented.
-    landmarks : array_like of int, shape (q, 2), optional
-        Pairs (vertex of the whole, vertex of the part) of the same point.
-    k : int
-        Modes of the map.
-    n_rounds : int
-        How often the overlap is matched, at least 1.
+    whole, part : shapes 1 and 2, connected, consistently oriented
+    landmarks : (q, 2) int, pairs (vertex of the whole, vertex of the part) of the same point
+    k : modes of the map
+    n_rounds : how often the overlap is matched, at least 1
 
     Returns
     -------
-    PartMatch
-        The map, the overlap, and the doubt of the last round.
-
-    Raises
-    ------
-    TypeError, ValueError
-        If a landmark is no vertex, a shape is not connected, or a number is out of range.
+    The map, the overlap, and the doubt of the last round. Raises TypeError or ValueError if a landmark is no vertex, a
+    shape is not connected, or a number is out of range.
 
     Examples
     --------
@@ -101,22 +92,13 @@ def cut_mesh(mesh: TriangleMesh, keep: ArrayLike) -> tuple[TriangleMesh, NDArray
 
     Parameters
     ----------
-    mesh : TriangleMesh
-        The shape.
-    keep : array_like of bool, shape (n,)
-        Which vertices may stay.
+    mesh : the shape
+    keep : (n,) bool, which vertices may stay
 
     Returns
     -------
-    part : TriangleMesh
-        The piece with most faces, its vertices in their old order.
-    kept : ndarray of bool, shape (n,)
-        Which vertices of the mesh it has.
-
-    Raises
-    ------
-    TypeError, ValueError
-        If `keep` does not say yes or no of each vertex, or leaves no face.
+    part: the piece with most faces, its vertices in their old order; kept (n,) bool: which vertices of the mesh it has.
+    Raises TypeError or ValueError if `keep` does not say yes or no of each vertex, or leaves no face.
 
     Examples
     --------

@@ -23,22 +23,14 @@ def precise_map(mesh_1: TriangleMesh, basis_1: Eigenbasis, basis_2: Eigenbasis, 
 
     Parameters
     ----------
-    mesh_1 : TriangleMesh
-        Shape 1.
-    basis_1, basis_2 : Eigenbasis
-        The modes of both shapes, at least k1 and k2.
-    C_12 : array_like, shape (k2, k1)
-        The functional map.
+    mesh_1 : shape 1
+    basis_1, basis_2 : the modes of both shapes, at least k1 and k2
+    C_12 : (k2, k1), the functional map
 
     Returns
     -------
-    csr_array, shape (n2, n1)
-        P_21: weights from 0 to 1, at most three in a row, that sum to one. `P_21 @ f_1` is f_1 on shape 2.
-
-    Raises
-    ------
-    TypeError, ValueError
-        If the matrix does not fit the bases, or the basis not the mesh.
+    (n2, n1) csr_array: p_21: weights from 0 to 1, at most three in a row, that sum to one. `P_21 @ f_1` is f_1 on shape
+    2. Raises TypeError or ValueError if the matrix does not fit the bases, or the basis not the mesh.
 
     Examples
     --------
@@ -81,20 +73,13 @@ def orientation_score(mesh_1: TriangleMesh, mesh_2: TriangleMesh, p2p_21: ArrayL
 
     Parameters
     ----------
-    mesh_1, mesh_2 : TriangleMesh
-        The shapes, their faces counter-clockwise seen from outside.
-    p2p_21 : array_like of int, shape (n2,)
-        The map.
+    mesh_1, mesh_2 : the shapes, their faces counter-clockwise seen from outside
+    p2p_21 : (n2,) int, the map
 
     Returns
     -------
-    float
-        From 0 to 1; 0 also if every face falls on a line.
-
-    Raises
-    ------
-    TypeError, ValueError
-        If the map does not go from the vertices of 2 to those of 1.
+    From 0 to 1; 0 also if every face falls on a line. Raises TypeError or ValueError if the map does not go from the
+    vertices of 2 to those of 1.
 
     Examples
     --------
@@ -122,22 +107,14 @@ def geodesic_errors(mesh_1: TriangleMesh, p2p_21: ArrayLike, true_21: ArrayLike)
 
     Parameters
     ----------
-    mesh_1 : TriangleMesh
-        Shape 1.
-    p2p_21 : array_like of int, shape (p,) or (q, p)
-        The images of p vertices of shape 2, by one map or by q.
-    true_21 : array_like of int, shape (p,)
-        Their true images.
+    mesh_1 : shape 1
+    p2p_21 : (p,) or (q, p) int, the images of p vertices of shape 2, by one map or by q
+    true_21 : (p,) int, their true images
 
     Returns
     -------
-    ndarray, shape (p,) or (q, p)
-        Distances without unit; infinite on another component.
-
-    Raises
-    ------
-    TypeError, ValueError
-        If the images are no vertices of shape 1, or not as many as true ones.
+    (p,) or (q, p): distances without unit; infinite on another component. Raises TypeError or ValueError if the images
+    are no vertices of shape 1, or not as many as true ones.
 
     Examples
     --------

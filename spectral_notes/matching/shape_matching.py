@@ -94,32 +94,21 @@ def match_shapes(
 
     Parameters
     ----------
-    mesh_1, mesh_2 : TriangleMesh
-        The shapes: connected, consistently oriented, with or without boundary.
-    landmarks : array_like of int, shape (q, 2), optional
-        Pairs (vertex of 1, vertex of 2) of the same point. Without, only signatures and the orientation tell places
-        apart, which is not enough for a shape with a symmetry that is no mirror.
-    k : int
-        Modes of the map; at most the number of vertices of each shape.
-    n_samples : int
-        Vertices that candidates are refined with, at least 80.
-    up : array_like, shape (3,), optional
-        A direction that both shapes share, such as that away from the floor: a hint that is no longer intrinsic.
-    fast : bool
-        Match copies of 5,000 vertices, and carry the map over: for large meshes. Costs accuracy of about half an edge
-        of the copy.
-    bases : (Eigenbasis, Eigenbasis), optional
-        At least k modes of both shapes, where they were computed before; else those of `cotan_laplacian`.
+    mesh_1, mesh_2 : the shapes: connected, consistently oriented, with or without boundary
+    landmarks : (q, 2) int, pairs (vertex of 1, vertex of 2) of the same point. Without, only signatures and the
+        orientation tell places apart, which is not enough for a shape with a symmetry that is no mirror.
+    k : modes of the map; at most the number of vertices of each shape
+    n_samples : vertices that candidates are refined with, at least 80
+    up : (3,), a direction that both shapes share, such as that away from the floor: a hint that is no longer intrinsic
+    fast : match copies of 5,000 vertices, and carry the map over: for large meshes. Costs accuracy of about half an
+        edge of the copy.
+    bases : (Eigenbasis, Eigenbasis), at least k modes of both shapes, where they were computed before; else those of
+        `cotan_laplacian`
 
     Returns
     -------
-    ShapeMatch
-        The map, its orientation score, and its doubt.
-
-    Raises
-    ------
-    TypeError, ValueError
-        If a landmark is no vertex, a shape is not connected, `up` is zero, or a number is out of range.
+    The map, its orientation score, and its doubt. Raises TypeError or ValueError if a landmark is no vertex, a shape is
+    not connected, `up` is zero, or a number is out of range.
 
     Examples
     --------
@@ -154,18 +143,11 @@ def isometry_defect(C_12: ArrayLike) -> float:
 
     Parameters
     ----------
-    C_12 : array_like, shape (k2, k1)
-        The functional map.
+    C_12 : (k2, k1), the functional map
 
     Returns
     -------
-    float
-        0 for an isometry, 1 for the zero map.
-
-    Raises
-    ------
-    TypeError, ValueError
-        If it is no matrix of numbers.
+    0 for an isometry, 1 for the zero map. Raises TypeError or ValueError if it is no matrix of numbers.
 
     Examples
     --------

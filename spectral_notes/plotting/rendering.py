@@ -40,33 +40,23 @@ class SurfaceView:
 
     Parameters
     ----------
-    surface : TriangleMesh or PointCloud
-        The shape.
-    values : array_like, shape (n,) or (m,), optional
-        One number per vertex (or point), or per face.
-    kind : {"signed", "positive", "labels"}
-        How values become colours: RdBu_r symmetric about zero, viridis, or one colour for each whole number.
-    title : str
-        Text above the picture.
-    limits : (float, float), optional
-        Values of the two ends of the colour map; by default the 99.5th percentile decides.
-    nodal_lines : bool
-        Draw the zero set of signed vertex values in black.
-    edges : bool
-        Draw the edges of the triangles.
-    arrows : (array_like, array_like), optional
-        Feet (a, 3) and vectors (a, 3), in the units of the vertices.
-    curves : sequence of array_like, shape (c, 3)
-        Polylines drawn in black.
-    points : array_like, shape (q, 3), optional
-        Positions marked by dots.
-    camera : ((x, y, z), (x, y, z)), optional
-        Direction to the eye and the upward direction; by default read off the shape (`cameras`).
+    surface : the shape
+    values : (n,) or (m,), one number per vertex (or point), or per face
+    kind : {"signed", "positive", "labels"}, how values become colours: RdBu_r symmetric about zero, viridis, or one
+        colour for each whole number
+    title : text above the picture
+    limits : (float, float), values of the two ends of the colour map; by default the 99.5th percentile decides
+    nodal_lines : draw the zero set of signed vertex values in black
+    edges : draw the edges of the triangles
+    arrows : (array_like, array_like), feet (a, 3) and vectors (a, 3), in the units of the vertices
+    curves : (c, 3) sequence of array_like, polylines drawn in black
+    points : (q, 3), positions marked by dots
+    camera : ((x, y, z), (x, y, z)), direction to the eye and the upward direction; by default read off the shape
+        (`cameras`)
 
     Raises
     ------
-    TypeError, ValueError
-        If the surface is neither, or values or marks have the wrong shape or are not finite.
+    TypeError or ValueError if the surface is neither, or values or marks have the wrong shape or are not finite.
 
     Examples
     --------
@@ -151,20 +141,13 @@ def render(view: SurfaceView, *, size: int = 600) -> Image:
 
     Parameters
     ----------
-    view : SurfaceView
-        What to show.
-    size : int
-        Width and height in pixels, at least 16.
+    view : what to show
+    size : width and height in pixels, at least 16
 
     Returns
     -------
-    ndarray of uint8, shape (size, size, 3)
-        Red, green and blue.
-
-    Raises
-    ------
-    RuntimeError
-        If there is no OpenGL library to render with; the message names the system package.
+    (size, size, 3) ndarray of uint8: red, green and blue. Raises RuntimeError if there is no OpenGL library to render
+    with; the message names the system package.
 
     Examples
     --------
@@ -219,10 +202,7 @@ def choose_gl_window() -> None:
 
     EGL is used where it is installed, else OSMesa; the environment variable VTK_DEFAULT_OPENGL_WINDOW overrides that.
 
-    Raises
-    ------
-    RuntimeError
-        If neither library is installed.
+    Raises RuntimeError if neither library is installed.
     """
     if not sys.platform.startswith("linux") or "VTK_DEFAULT_OPENGL_WINDOW" in os.environ:
         return

@@ -38,20 +38,13 @@ def show(*views: SurfaceView, color_bar: str = "") -> Page:
 
     Parameters
     ----------
-    *views : SurfaceView
-        What to show, side by side; they turn together.
-    color_bar : str
-        Label of a colour bar; none where empty.
+    *views : what to show, side by side; they turn together
+    color_bar : label of a colour bar; none where empty
 
     Returns
     -------
-    Page
-        The page: HTML that asks nobody for anything.
-
-    Raises
-    ------
-    TypeError, ValueError
-        If there is no view, or a camera looks along its upward direction.
+    The page: HTML that asks nobody for anything. Raises TypeError or ValueError if there is no view, or a camera looks
+    along its upward direction.
 
     Examples
     --------
@@ -145,22 +138,14 @@ def attach(figure: Any, views: Sequence[SurfaceView], *, color_bar: str = "") ->
 
     Parameters
     ----------
-    figure : matplotlib.figure.Figure
-        A figure whose first axes show the views, one each, in their order.
-    views : sequence of SurfaceView
-        What they show.
-    color_bar : str
-        Label of one colour bar; none where empty.
+    figure : matplotlib.figure.Figure, a figure whose first axes show the views, one each, in their order
+    views : sequence of SurfaceView, what they show
+    color_bar : label of one colour bar; none where empty
 
     Returns
     -------
-    matplotlib.figure.Figure
-        The same figure. Its display holds the scene as the MIME type `MIME`, beside the still picture.
-
-    Raises
-    ------
-    ValueError
-        If the figure has fewer axes than there are views.
+    The same figure. Its display holds the scene as the MIME type `MIME`, beside the still picture. Raises ValueError if
+    the figure has fewer axes than there are views.
     """
     if len(figure.axes) < len(views):
         raise ValueError(f"figure must have one axes for each of the {len(views)} views; got {len(figure.axes)}")

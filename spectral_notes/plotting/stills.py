@@ -42,22 +42,14 @@ def plot_matrix(A: Any, *, ax: Axes | None = None, title: str = "") -> Axes:
 
     Parameters
     ----------
-    A : array_like or sparse array, shape (m, n)
-        The matrix.
-    ax : Axes, optional
-        Where to draw; by default a new figure.
-    title : str
-        Text above.
+    A : (m, n) array_like or sparse array, the matrix
+    ax : Axes, where to draw; by default a new figure
+    title : text above
 
     Returns
     -------
-    Axes
-        The axes, with a colour bar beside them.
-
-    Raises
-    ------
-    TypeError, ValueError
-        If A is not a real matrix of finite numbers, or an empty one.
+    The axes, with a colour bar beside them. Raises TypeError or ValueError if A is not a real matrix of finite numbers,
+    or an empty one.
 
     Examples
     --------
@@ -89,29 +81,19 @@ def plot_surfaces(
 
     Parameters
     ----------
-    surfaces : TriangleMesh, PointCloud, or a sequence of them
-        What to draw.
-    values : array_like or sequence of array_like, optional
-        For one surface: (n,) or (n, p), one column a picture. For several: one array, or None, for each.
-    titles : sequence of str, optional
-        Text above each picture.
-    n_columns : int, optional
-        Pictures in a row; by default all of them.
-    color_bar : str
-        Label of one colour bar for all pictures, which then share their limits; none where empty.
-    **view
-        For all pictures: anything else that a `SurfaceView` takes (kind, limits, nodal_lines, edges, arrows, curves,
-        points, camera).
+    surfaces : TriangleMesh, PointCloud, or a sequence of them, what to draw
+    values : array_like or sequence of array_like, for one surface: (n,) or (n, p), one column a picture. For several:
+        one array, or None, for each.
+    titles : sequence of str, text above each picture
+    n_columns : pictures in a row; by default all of them
+    color_bar : label of one colour bar for all pictures, which then share their limits; none where empty
+    **view : for all pictures: anything else that a `SurfaceView` takes (kind, limits, nodal_lines, edges, arrows,
+        curves, points, camera)
 
     Returns
     -------
-    Figure
-        The figure.
-
-    Raises
-    ------
-    TypeError, ValueError
-        If the numbers of surfaces, values and titles differ, or values do not fit their surface.
+    The figure. Raises TypeError or ValueError if the numbers of surfaces, values and titles differ, or values do not
+    fit their surface.
 
     Examples
     --------
@@ -135,24 +117,15 @@ def plot_modes(
 
     Parameters
     ----------
-    mesh : TriangleMesh or PointCloud
-        The surface that the basis belongs to.
-    basis : Eigenbasis
-        Its eigenbasis.
-    modes : sequence of int
-        Numbers of the modes, 0 .. basis.k - 1.
-    n_columns : int, optional
-        Pictures in a row; by default all of them.
+    mesh : the surface that the basis belongs to
+    basis : its eigenbasis
+    modes : sequence of int, numbers of the modes, 0 .. basis.k - 1.
+    n_columns : pictures in a row; by default all of them
 
     Returns
     -------
-    Figure
-        The figure.
-
-    Raises
-    ------
-    TypeError, ValueError
-        If a mode is out of range or the basis belongs to a surface with another number of vertices.
+    The figure. Raises TypeError or ValueError if a mode is out of range or the basis belongs to a surface with another
+    number of vertices.
 
     Examples
     --------
@@ -174,22 +147,13 @@ def plot_views(views: Sequence[SurfaceView], *, n_columns: int | None = None, co
 
     Parameters
     ----------
-    views : sequence of SurfaceView
-        What to draw.
-    n_columns : int, optional
-        Pictures in a row; by default all of them.
-    color_bar : str
-        Label of one colour bar for all pictures, which then share their limits; none where empty.
+    views : sequence of SurfaceView, what to draw
+    n_columns : pictures in a row; by default all of them
+    color_bar : label of one colour bar for all pictures, which then share their limits; none where empty
 
     Returns
     -------
-    Figure
-        The figure.
-
-    Raises
-    ------
-    ValueError
-        If there is no view.
+    The figure. Raises ValueError if there is no view.
 
     Examples
     --------

@@ -190,10 +190,7 @@ def certify(L: sp.csr_array, M: sp.csr_array, evals: FloatArray, errors: FloatAr
     Eigenvalues come within their residual of the computed ones, so a value in a gap that is wider than the residuals
     on both sides has as many eigenvalues below it as modes were computed below it, or some were missed.
 
-    Raises
-    ------
-    ArithmeticError
-        If the count differs, or there is no gap to count in.
+    Raises ArithmeticError if the count differs, or there is no gap to count in.
     """
     gaps = np.diff(evals)
     wide = np.flatnonzero(gaps > 10 * (errors[1:] + errors[:-1]) + 1e-7 * abs(evals[1:]))

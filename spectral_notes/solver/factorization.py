@@ -42,10 +42,7 @@ def factorize(A: sp.csr_array, *, factor: str = "auto") -> Solve:
 def factor_in_use() -> str:
     """Say which library factors by default, and in which version.
 
-    Returns
-    -------
-    str
-        CHOLMOD through cholespy where that is installed, else SuperLU through SciPy.
+    Returns CHOLMOD through cholespy where that is installed, else SuperLU through SciPy.
 
     Examples
     --------
@@ -85,20 +82,13 @@ def count_below(L: sp.csr_array, M: sp.csr_array, value: float) -> int:
 
     Parameters
     ----------
-    L, M : (n, n) sparse arrays
-        Symmetric, M positive definite.
-    value : float
-        In units of the eigenvalues; it must not be one of them.
+    L, M : (n, n) sparse arrays, symmetric, M positive definite
+    value : in units of the eigenvalues; it must not be one of them
 
     Returns
     -------
-    int
-        How many eigenvalues are smaller than `value`.
-
-    Raises
-    ------
-    ArithmeticError
-        If `value` is an eigenvalue to working precision.
+    How many eigenvalues are smaller than `value`. Raises ArithmeticError if `value` is an eigenvalue to working
+    precision.
 
     Examples
     --------
