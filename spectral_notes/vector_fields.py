@@ -158,8 +158,8 @@ def connection_laplacian(surface: Surface, n_fold: int = 1) -> tuple[sp.csr_arra
     Returns
     -------
     L, M (2 n, 2 n) csr_array: every eigenvalue comes at least twice: a field, and the same a quarter turn on. On the
-    unit sphere they are l (l + 1) - n_fold^2, each 2 (2 l + 1) times, for l = n_fold, n_fold + 1, ... Raises TypeError or
-    ValueError as in `edge_transport`, or if `n_fold` is not an integer of at least 1.
+    unit sphere they are l (l + 1) - n_fold^2, each 2 (2 l + 1) times, for l = n_fold, n_fold + 1, ... Raises TypeError
+    or ValueError as in `edge_transport`, or if `n_fold` is not an integer of at least 1.
 
     Examples
     --------
