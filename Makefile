@@ -37,7 +37,7 @@ TOOLS := $(wildcard tools/*.py)
 TESTS := $(shell find tests classroom/source -type f -name '*.py' -o -name '*.md' -o -name '*.ipynb') $(wildcard benchmarks/*.py classroom/*.py)
 
 # The peers of the benchmarks (lapy, pyfmaps, cholespy) are left out where they are not installed.
-.PHONY: help book pdf epub slides test lint browser course mark notebooks serve lab bench fuzz matrix wheel pins clean distclean
+.PHONY: help book pdf epub slides test lint browser course handouts mark notebooks serve lab bench fuzz matrix wheel pins clean distclean
 
 help:  ## list the targets
 	@awk -F ':.*## ' '/^[a-z]+:.*## / {printf "  make %-12s %s\n", $$1, $$2}' $(MAKEFILE_LIST)
@@ -58,6 +58,9 @@ slides: book  ## make a deck of slides for each chapter, and one for the two-hou
 
 course: $(READY)  ## make the students' folder and the teacher's (COURSE=course; SEED=7: another variant)
 	$(PY) tools/course.py "$(COURSE)" $(if $(SEED),--seed $(SEED))
+
+handouts: $(READY)  ## print the assignments of a course and their solutions, as PDF (after make course)
+	$(PY) tools/handouts.py "$(COURSE)"
 
 mark: $(READY)  ## mark ASSIGNMENT=1_fourier ARCHIVE=submissions.zip (STUDENTS=list.csv), into one table and feedback
 	$(PY) tools/mark.py "$(ASSIGNMENT)" $(if $(ARCHIVE),"$(ARCHIVE)") --course "$(COURSE)" $(if $(STUDENTS),--students "$(STUDENTS)")
