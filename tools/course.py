@@ -77,8 +77,10 @@ def write_teacher(course: Path, seed: int | None, only: str = "*") -> int:
 
 
 def write_students(target: Path, release: Path) -> None:
-    """Write the students' folder anew."""
-    shutil.rmtree(target, ignore_errors=True)
+    """Write the students' folder anew; that it is a repository stays."""
+    for path in target.glob("*"):
+        if path.name != ".git":
+            shutil.rmtree(path) if path.is_dir() else path.unlink()
     for path in sorted((ROOT / "book").glob("[0-9]*.ipynb")):
         nb = exercises.without_solutions(notebooks.read(path))
         notebooks.write(target / "book" / path.name, notebooks.to_text(nb))

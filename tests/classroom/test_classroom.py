@@ -6,6 +6,7 @@ import functools
 import json
 import re
 import shutil
+import sys
 import tomllib
 from pathlib import Path
 from typing import Any
@@ -19,6 +20,7 @@ import objectives
 import pytest
 import variants
 import yaml
+from jupyter_server.config_manager import BaseJSONConfigManager
 
 ROOT = Path(notebooks.__file__).resolve().parents[1]
 SOURCE = ROOT / "classroom" / "source"
@@ -233,6 +235,22 @@ def test_the_recipe_for_a_hub_names_what_is_there() -> None:
     version = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]["version"]
     assert image["tag"] == version
     assert f"--tag {image['name']}:{version}" in recipe
+
+
+def test_the_hub_asks_for_https_keeps_its_secret_and_shows_nothing_of_nbgrader(tmp_path: Path) -> None:
+    values = yaml.safe_load((ROOT / "classroom" / "jupyterhub" / "values.yaml").read_text(encoding="utf-8"))
+    assert values["proxy"]["https"]["enabled"] and values["proxy"]["https"]["hosts"]
+    settings = [key for part in values["hub"]["config"].values() for key in part]
+    assert not [key for key in settings if "secret" in key or "password" in key]
+    assert "secretKeyRef" in values["hub"]["extraEnv"]["OAUTH_CLIENT_SECRET"]["valueFrom"]
+    (tmp_path / "config.d").mkdir()
+    files = {Path(file["mountPath"]).name: file["data"] for file in values["singleuser"]["extraFiles"].values()}
+    shutil.copy(Path(sys.prefix) / "etc/jupyter/jupyter_server_config.d/nbgrader.json", tmp_path / "config.d" / "nbgrader.json")
+    (tmp_path / "config.d" / "students.json").write_text(json.dumps(files["students.json"]))
+    extensions = BaseJSONConfigManager(config_dir=str(tmp_path), read_directory=True).get("config")["ServerApp"]["jpserver_extensions"]
+    assert len(extensions) >= 4 and not any(extensions.values())
+    package = json.loads((Path(sys.prefix) / "share/jupyter/labextensions/@jupyter/nbgrader/package.json").read_text())
+    assert files["page_config.json"] == {"disabledExtensions": {package["name"]: True}}
 
 
 # --- the teacher's page ---------------------------------------------------------------------------------------------

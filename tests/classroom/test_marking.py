@@ -373,9 +373,12 @@ def test_the_students_folder_holds_no_solution(tmp_path: Path) -> None:
     release = tmp_path / "release" / "1_fourier"
     release.mkdir(parents=True)
     (release / "fourier.ipynb").write_text("{}")
+    for name in (".git/config", "book/old.ipynb", "old.md"):
+        notebooks.write(tmp_path / "students" / name, "old")
     course_tool.write_students(tmp_path / "students", tmp_path / "release")
+    assert (tmp_path / "students" / ".git" / "config").exists() and not (tmp_path / "students" / "book" / "old.ipynb").exists()
     names = {path.name for path in (tmp_path / "students").iterdir()}
-    assert names == {"LICENSE", "README.md", "assignments", "book", "pyproject.toml", "requirements.txt", "spectral_notes"}
+    assert names == {".git", "LICENSE", "README.md", "assignments", "book", "pyproject.toml", "requirements.txt", "spectral_notes"}
     chapters = sorted((tmp_path / "students" / "book").glob("*.ipynb"))
     assert len(chapters) >= 12
     for path in chapters:
