@@ -18,6 +18,23 @@ SETTING = {
     "ex-fourier-basis-3": "heights = np.cumsum(np.random.default_rng(0).normal(size=64))",
     "ex-compression-1": "goat = shapes.sphere(2)\nbasis = compute_eigenbasis(*cotan_laplacian(goat), 20)\nc = basis.analyze(goat.vertices)",
     "ex-manifolds-1": "",
+    "ex-eigenfunctions-3": "",
+    "ex-eigenfunctions-7": "lam = np.linspace(0, 90, 101)",
+    "ex-clusters-1": "walk_basis = compute_eigenbasis(*cotan_laplacian(shapes.egg(2)), 7)",
+    "ex-clusters-2": "basis = compute_eigenbasis(*cotan_laplacian(shapes.egg(2)), 9)\nmass, rows = basis.M.diagonal(), basis.evecs[:, 1:]",
+    "ex-clusters-4": """goat_bases = {n: compute_eigenbasis(*cotan_laplacian(shapes.potato(subdivisions=n)), 9) for n in (2,)}
+goat_basis = goat_bases[2]
+least = lambda parts, mass: 1 / (1 + len(set(parts[0])) + len(parts[0]) % 7)""",
+    "ex-clusters-6": "doll = shapes.egg(2)\ndolls = {'walk': doll}",
+    "ex-clusters-7": "",
+    "ex-maps-3": POTATOES + "C_fit = np.eye(24)",
+    "ex-maps-5": POTATOES + "basis_1, basis_2 = bases\nC_zoom = functional_map(*bases, true_21)",
+    "ex-maps-6": POTATOES + "from scipy.sparse import csr_array\nP_21 = csr_array(np.eye(rest.n_vertices)[true_21])\nparts = np.random.default_rng(0).integers(0, 6, rest.n_vertices)",
+    "ex-outlook-3": "def mean_value(n):\n    return 19.7 * (1 + 3 / n**2)",
+    "ex-outlook-5": """few, poses, truth, batch = [], {"wave": ()}, 0, lambda *_, **__: None
+start = lambda seed: seed
+train = lambda state, some: (state, [])
+accuracy = lambda *_: 0.87""",
     "ex-signals-on-surfaces-9": "goat = shapes.sphere(2)",
 }
 
@@ -196,6 +213,14 @@ WRONG = [
     ("ex-heat-1", "my_undone = 'heat'", "amplify its noise"),
     ("ex-heat-2", "my_chis = [1, 0]", "slope chi / 6"),
     ("ex-heat-8", "def my_factor(omega, gamma, t):\n    return np.exp(-gamma * t) * np.cos(omega * t)", "from rest"),
+    ("ex-function-spaces-5", "my_q = 2 * s", "the same X, Y and Z"),
+    ("ex-eigenfunctions-3", "my_evals = bessel", "from above"),
+    ("ex-clusters-1", "my_rows = walk_basis.evecs[:, :5]", "says nothing about place"),
+    ("ex-clusters-1", "my_rows = walk_basis.evecs[:, 1:6]", "weight 1 / sqrt(lambda)"),
+    ("ex-clusters-7", "my_W = np.ones((2500, 2500))", "none with itself"),
+    ("ex-clusters-7", "my_W = picture", "shape (2500, 2500)"),
+    ("ex-maps-3", "my_p2p_21 = np.zeros(walk.n_vertices, dtype=int)", "goes to its partner on 1"),
+    ("ex-maps-3", "my_p2p_21 = np.argsort(true_21)", "this map goes from 1 to 2"),
     ("ex-compression-1", "my_changed = range(500)", "constants are one mode"),
     ("ex-compression-2", "my_k_goat = 69", "dropped coefficients"),
     ("ex-compression-5", "my_limit = 2", "one bit more in each coordinate"),
