@@ -35,6 +35,7 @@ LANGUAGE = {"name": "python", "pygments_lexer": "ipython3"}
 KERNEL = {"display_name": "Python 3", "language": "python", "name": "python3"}
 KEPT_CELL_METADATA = ("deletable", "editable", "mystnb", "nbgrader", "reason", "slideshow", "tags")
 MAX_LINES = 12
+MAX_COLUMNS = 76  # a longer line is cut off on a page 1,200 px wide and on paper
 CELL_TIMEOUT = 600  # seconds
 
 # One thread a kernel: the sums of a threaded BLAS depend on the number of cores, and two notebooks run at once.
@@ -198,8 +199,12 @@ def code_faults(cell: nbformat.NotebookNode) -> Iterator[str]:
     lines = [line for line in cell.source.splitlines() if line.strip()]
     if not lines:
         yield "is empty"
-    if len(lines) > MAX_LINES and "hide-input" not in _tags(cell):
-        yield f"has {len(lines)} lines; at most {MAX_LINES} (plotting cells may carry the tag hide-input)"
+    if "hide-input" not in _tags(cell):  # a folded cell holds what only draws, and checks
+        if len(lines) > MAX_LINES:
+            yield f"has {len(lines)} lines; at most {MAX_LINES} (plotting cells may carry the tag hide-input)"
+        for line in lines:
+            if len(line) > MAX_COLUMNS:
+                yield f"has a line of {len(line)} characters; at most {MAX_COLUMNS}: {line.strip()[:60]!r}"
     bad = [what for pattern, what in FORBIDDEN_CODE.items() if re.search(pattern, cell.source, re.MULTILINE)]
     yield from (f"holds {what}" for what in bad)
     if not bad and _prints(cell.source) and not cell.outputs:

@@ -158,6 +158,7 @@ def test_check_finds_images_and_foreign_metadata(executed: Path, tmp_path: Path)
         ("x = 1;", "holds a trailing semicolon"),
         ("", "is empty"),
         ("\n".join(f"x{i} = {i}" for i in range(13)), "has 13 lines; at most 12"),
+        ("x = 1\ny = " + "+".join(["1"] * 37), "has a line of 77 characters; at most 76"),
     ],
 )
 def test_check_finds_what_a_cell_must_not_hold(source: str, message: str, tmp_path: Path) -> None:
@@ -167,6 +168,8 @@ def test_check_finds_what_a_cell_must_not_hold(source: str, message: str, tmp_pa
 def test_check_lets_a_long_plotting_cell_hide(tmp_path: Path) -> None:
     source = "\n".join(f"x{i} = {i}" for i in range(13))
     assert faults_of(tmp_path, code(source, tags=["hide-input"])) == ""
+    assert faults_of(tmp_path, code("y = 11" + "+1" * 35)) == ""  # 76 characters
+    assert faults_of(tmp_path, code("y = 1" + "+1" * 99, tags=["hide-input"])) == ""
 
 
 @pytest.mark.parametrize(
