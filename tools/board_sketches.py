@@ -202,6 +202,18 @@ def vectors(ax: Axes) -> None:
     write(ax, 8.2, 0.5, r"$E(z) = \sum w_{ij}\, |z_j - r_{ij} z_i|^2$")
 
 
+def brain(ax: Axes) -> None:
+    """Two smooth curves, what their correlation is worth, and how to shuffle fairly."""
+    x = np.linspace(0, 4.4, 200)
+    rng = np.random.default_rng(4)
+    for level, color, words in ((0.9, INK, "$f$"), (-0.9, CHALK, "$g$")):
+        waves = sum(rng.normal() * np.cos(k * np.pi * x / 4.4 + rng.normal()) / k for k in (1, 2, 3))
+        line(ax, x, level + 0.5 * waves, color)
+        write(ax, -0.4, level, words, color)
+    write(ax, 8.2, 0.7, r"$\sigma(r) = 1/\sqrt{\nu}$,  not  $1/\sqrt{N}$")
+    write(ax, 8.2, -0.7, r"$c_g \;\to\; Q_g\, c_g$ in each group", CHALK)
+
+
 def outlook(ax: Axes) -> None:
     """One equation, and the roads that lead out of it."""
     write(ax, 0, 0, r"$L\varphi = \lambda M\varphi$", CHALK)
@@ -226,6 +238,7 @@ SKETCHES: dict[int, Callable[[Axes], None]] = {  # by chapter
     11: clustering,
     12: functional_maps,
     13: vectors,
+    15: brain,
     16: outlook,
 }
 

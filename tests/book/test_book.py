@@ -34,6 +34,7 @@ NAMED_PAGES = {
     "book/labs",
     "book/11_clustering",
     "book/13_vectors",
+    "book/15_brain",
     "book/16_outlook",
     "book/conventions",
     "book/large_meshes",
