@@ -16,8 +16,8 @@ READY := $(ENV)/.spectral-notes-ready
 STAMPS := _build/stamps
 JOBS ?= 2
 EDITION ?= full
-# What an edition is called: full, student, 2, student-1-3; all but the whole book have a folder of their own.
-NAME := $(or $(shell echo $(filter student,$(EDITION)) $(PARTS) | tr ' ' '-'),full)
+# What an edition is called: full, student, 2, student-de-1-3; all but the whole book have a folder of their own.
+NAME := $(or $(shell echo $(filter student,$(EDITION)) $(IN) $(PARTS) | tr ' ' '-'),full)
 BUILT := _build/$(if $(filter-out full,$(NAME)),$(NAME)/)
 COURSE ?= course
 FUZZ_SECONDS ?= 300
@@ -37,12 +37,12 @@ TOOLS := $(wildcard tools/*.py)
 TESTS := $(shell find tests classroom/source -type f -name '*.py' -o -name '*.md' -o -name '*.ipynb') $(wildcard benchmarks/*.py classroom/*.py)
 
 # The peers of the benchmarks (lapy, pyfmaps, cholespy) are left out where they are not installed.
-.PHONY: help book pdf epub slides test lint browser course handouts mark notebooks serve lab bench fuzz matrix wheel pins clean distclean
+.PHONY: help book pdf epub slides test lint browser course handouts mark translation notebooks serve lab bench fuzz matrix wheel pins clean distclean
 
 help:  ## list the targets
 	@awk -F ':.*## ' '/^[a-z]+:.*## / {printf "  make %-12s %s\n", $$1, $$2}' $(MAKEFILE_LIST)
 
-book: $(STAMPS)/book-$(NAME)  ## render the book into _build/html (EDITION=student: without solutions; PARTS="2": a part)
+book: $(STAMPS)/book-$(NAME)  ## render the book into _build/html (EDITION=student: without solutions; PARTS="2": a part; IN=de: in German)
 test: $(STAMPS)/test  ## unit tests, doctests, and every stored output against a fresh run
 lint: $(STAMPS)/lint  ## ruff, mypy --strict, the import layers, the form of the notebooks
 browser: $(STAMPS)/browser  ## open every page of the built book in Chromium: errors, requests, scenes, accessibility
@@ -64,6 +64,9 @@ handouts: $(READY)  ## print the assignments of a course and their solutions, as
 
 mark: $(READY)  ## mark ASSIGNMENT=1_fourier ARCHIVE=submissions.zip (STUDENTS=list.csv), into one table and feedback
 	$(PY) tools/mark.py "$(ASSIGNMENT)" $(if $(ARCHIVE),"$(ARCHIVE)") --course "$(COURSE)" $(if $(STUDENTS),--students "$(STUDENTS)")
+
+translation: $(READY)  ## catalogues of PAGES="setup_check" and of the checks for IN=de, to be filled in
+	$(PY) tools/translation.py $(IN) $(PAGES)
 
 notebooks: $(READY)  ## run the notebooks (or NB=book/NAME.ipynb) and store their text outputs
 	$(PY) tools/notebooks.py run --jobs $(JOBS) $(NB)
@@ -100,7 +103,8 @@ distclean: clean  ## remove .venv as well
 	rm -rf .venv *.egg-info
 
 $(STAMPS)/book-%: $(READY) $(BOOK) $(LIBRARY) $(TOOLS)
-	$(PY) tools/build_book.py --jobs $(JOBS) --edition $(if $(findstring student,$*),student,full) $(addprefix --parts ,$(filter-out student full,$(subst -, ,$*)))
+	$(PY) tools/build_book.py --jobs $(JOBS) --edition $(if $(findstring student,$*),student,full) \
+	    $(if $(filter full student,$*),,$(addprefix --language ,$(IN)) $(addprefix --parts ,$(PARTS)))
 	@mkdir -p $(STAMPS) && touch $@
 
 $(STAMPS)/test: $(READY) $(BOOK) $(LIBRARY) $(TOOLS) $(TESTS)

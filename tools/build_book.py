@@ -37,9 +37,10 @@ import viewer_files
 import yaml
 
 ROOT = Path(__file__).resolve().parents[1]
-EXTENSIONS = ("offline_mathjax", "reference_pages", "page_finish", "figure_twins", "part_edition")
+EXTENSIONS = ("offline_mathjax", "reference_pages", "page_finish", "figure_twins", "part_edition", "translated_pages")
 STAGED = ("_toc.yml", "CHANGELOG.md", "book", *(f"tools/{name}.py" for name in EXTENSIONS))
 LAUNCH_SERVICES = {"binderhub_url": "https://mybinder.org", "colab_url": "https://colab.research.google.com"}
+TRANSLATIONS = {"locale_dirs": ["book/translations"], "gettext_compact": False}
 SKIPPED_PARTS = ("__pycache__", ".ipynb_checkpoints")
 
 
@@ -110,6 +111,15 @@ def stage(root: Path, executed: Path, generated: Path, target: Path) -> None:
         stale.unlink()
 
 
+def extend(source: Path, extension: str, settings: dict[str, Any]) -> None:
+    """Add an extension and its settings to the configuration of a staged copy."""
+    config = yaml.safe_load((source / "_config.yml").read_text(encoding="utf-8"))
+    sphinx = config["sphinx"]
+    sphinx["local_extensions"][extension] = "tools"
+    sphinx["config"] |= settings | {"extensions": [*sphinx["config"]["extensions"], extension]}
+    notebooks.write(source / "_config.yml", yaml.safe_dump(config, sort_keys=False))
+
+
 def render(source: Path, build_parent: Path) -> int:
     """Render the staged sources into `build_parent/_build/html`; every warning is an error."""
     jupyter_book = [sys.executable, "-c", "from jupyter_book.cli.main import main; main()", "build", str(source)]
@@ -124,6 +134,7 @@ def main(arguments: list[str] | None = None) -> int:
     parser.add_argument("--jobs", default="2", help="notebooks executed at once")
     parser.add_argument("--edition", choices=("full", "student"), default="full", help="with solutions, or without")
     parser.add_argument("--parts", type=int, action="append", help="only this part of the book, counted from 1; again")
+    parser.add_argument("--language", help="in this language, as far as book/translations goes")
     options = parser.parse_args(arguments)
     root = options.root.resolve()
     build = root / "_build"
@@ -133,7 +144,8 @@ def main(arguments: list[str] | None = None) -> int:
         return status
     viewer_files.copy_scripts(build / "static", root)
     lab_files.write_labs(build / "static", root)
-    name = "-".join([*(["student"] if options.edition == "student" else []), *map(str, options.parts or [])])
+    named = ["student" if options.edition == "student" else "", options.language, *(options.parts or [])]
+    name = "-".join(str(one) for one in named if one)
     parent, executed = (build / name, build / "executed") if name else (root, build / "executed")
     source = (parent if name else build) / "source"
     if options.edition == "student":
@@ -143,7 +155,10 @@ def main(arguments: list[str] | None = None) -> int:
     scene_files.write_scenes(executed, pages, build / "static")
     stage(root, pages, build / "static", source)
     if options.parts:
-        part_edition.cut(root, source, options.parts, os.environ.get("BOOK_URL", ""))
+        told = part_edition.cut(root, source, options.parts, os.environ.get("BOOK_URL", ""))
+        extend(source, "part_edition", told)
+    if options.language:
+        extend(source, "translated_pages", {"language": options.language} | TRANSLATIONS)
     if (source / objectives.PAGE).exists():
         objectives.fill(source)
     if status := render(source, parent):

@@ -66,8 +66,8 @@ def absent(root: Path, parts: list[int]) -> set[str]:
     return {Path(page).name for page in set(pages(toc)) - set(pages(of_parts(toc, parts)))}
 
 
-def cut(root: Path, source: Path, parts: list[int], address: str = "") -> None:
-    """Cut a staged copy of the book down to some of its parts."""
+def cut(root: Path, source: Path, parts: list[int], address: str = "") -> dict[str, Any]:
+    """Cut a staged copy of the book down to some of its parts, and return the setting of the extension."""
     toc = yaml.safe_load((root / "_toc.yml").read_text(encoding="utf-8"))
     kept = of_parts(toc, parts)
     told = described(root, toc, kept, address)
@@ -75,11 +75,7 @@ def cut(root: Path, source: Path, parts: list[int], address: str = "") -> None:
         for path in source.glob(f"{page}.*"):
             path.unlink()
     (source / "_toc.yml").write_text(yaml.safe_dump(kept, sort_keys=False), encoding="utf-8")
-    config = yaml.safe_load((source / "_config.yml").read_text(encoding="utf-8"))
-    sphinx = config["sphinx"]
-    sphinx["local_extensions"]["part_edition"] = "tools"
-    sphinx["config"] |= {"extensions": [*sphinx["config"]["extensions"], "part_edition"], "part_edition": told}
-    (source / "_config.yml").write_text(yaml.safe_dump(config, sort_keys=False), encoding="utf-8")
+    return {"part_edition": told}
 
 
 def name_what_is_absent(app: Sphinx, env: Any, node: Any, content: nodes.Element) -> nodes.Element | None:

@@ -12,6 +12,8 @@ from typing import Any, Concatenate, Literal, ParamSpec
 
 import numpy as np
 
+from spectral_notes.checking.languages import translated
+
 P = ParamSpec("P")
 Check = Callable[Concatenate[object, P], "Verdict"]
 OPENINGS = {"right": "Right.", "wrong": "Not right.", "unattempted": "Not attempted yet."}
@@ -46,14 +48,14 @@ class Verdict:
         return self.status == "right"
 
     def __str__(self) -> str:
-        law = f"\nThe law: {self.law}." if self.status == "wrong" and self.law else ""
-        return f"{OPENINGS[self.status]} {self.message}{law}"
+        law = translated(f"The law: {self.law}.") if self.status == "wrong" and self.law else ""
+        return f"{translated(OPENINGS[self.status])} {translated(self.message)}" + (f"\n{law}" if law else "")
 
     __repr__ = __str__
 
     def _repr_markdown_(self) -> str:
         """Return the verdict for a notebook, its first words in bold."""
-        opening = OPENINGS[self.status]
+        opening = translated(OPENINGS[self.status])
         return f"**{opening}**" + str(self)[len(opening) :].replace("\n", "\n\n").replace("*", "\\*")
 
     def require(self) -> None:

@@ -231,6 +231,8 @@ def test_the_recipe_for_a_hub_names_what_is_there() -> None:
     copied = [word for line in re.findall(r"^COPY (.*) \S+$", recipe, re.MULTILINE) for word in line.split()]
     assert copied and all((ROOT / name).exists() for name in copied)
     assert not any(name.startswith(("classroom", ".", "tests")) for name in copied), "solutions in the image"
+    sent = (ROOT / "classroom" / "Dockerfile.dockerignore").read_text(encoding="utf-8").split("*\n")[1].split()
+    assert sorted(sent) == sorted(f"!{name}" for name in copied)
     image = yaml.safe_load((ROOT / "classroom" / "jupyterhub" / "values.yaml").read_text(encoding="utf-8"))["singleuser"]["image"]
     version = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]["version"]
     assert image["tag"] == version
