@@ -39,6 +39,6 @@ echo "Installing requirements.txt into $env"
 if command -v uv >/dev/null 2>&1; then
     uv pip install --quiet --python "$env/bin/python" -r requirements.txt
 else
-    # Modules are compiled when they are first used: of twelve thousand that is a quarter.
+    # Modules are compiled when they are first used, not all twelve thousand of them here.
     "$env/bin/python" -m pip install --quiet --no-compile --disable-pip-version-check -r requirements.txt
 fi
