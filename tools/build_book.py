@@ -29,6 +29,7 @@ import check_book
 import downloads
 import exercises
 import lab_files
+import loop_files
 import notebooks
 import objectives
 import part_edition
@@ -144,6 +145,7 @@ def main(arguments: list[str] | None = None) -> int:
         return status
     viewer_files.copy_scripts(build / "static", root)
     lab_files.write_labs(build / "static", root)
+    loop_files.write_loops(build / "static", root)
     named = ["student" if options.edition == "student" else "", options.language, *(options.parts or [])]
     name = "-".join(str(one) for one in named if one)
     parent, executed = (build / name, build / "executed") if name else (root, build / "executed")

@@ -26,10 +26,10 @@ from spectral_notes.eigenbasis import Eigenbasis, compute_eigenbasis
 from spectral_notes.fourier import dft_by_fft, half_coefficients, synthesize_series
 from spectral_notes.functional_maps import functional_map
 from spectral_notes.labs.data import LabData, in_unit_area, modes_data, surface_data
-from spectral_notes.labs.recipes import map_data, parts_data
+from spectral_notes.labs.recipes import cap_data, map_data, parts_data
 from spectral_notes.laplacians import cotan_laplacian
 from spectral_notes.meshes import TriangleMesh
-from spectral_notes.shapes import bracket, coarse_copy, doll, doll_correspondence, egg, goat
+from spectral_notes.shapes import bracket, coarse_copy, doll, doll_correspondence, egg, goat, spherical_cap
 
 ROOT = Path(__file__).resolve().parents[1]
 MAX_BYTES = 3_000_000  # of one lab's data
@@ -69,6 +69,7 @@ def lab_data() -> Iterator[tuple[str, LabData]]:
     yield "reconstruction-goat", surface_data(coarse_copy(goat(), 4500)[0], 500, in_bytes=True)
     yield "heat-goat", surface_data(coarse_copy(goat(), 5000)[0], 300, in_bytes=True)
     yield "functional-map-doll", map_data(*two_dolls(5000), 60)
+    yield "bump-dent-cap", cap_data()
     yield "clusters-doll", parts_data(dolls_in_poses(5000), range(2, 13))
 
 
@@ -142,6 +143,14 @@ def still_of_clusters() -> Figure:
     return plotting.plot_surfaces(poses, list(labels.astype(float)), kind="labels")
 
 
+def still_of_bump_dent() -> Figure:
+    """Draw mode 1 of a cap and of the cap pushed in, both from the same coefficients."""
+    f = cap_data(2).arrays["evecs"][1].astype(float)
+    caps = [spherical_cap(rings_pushed_in=count) for count in (0, 18, 27)]
+    titles = ["a bump", "half pushed in", "pushed in further"]
+    return plotting.plot_surfaces(caps, [f] * 3, titles=titles, camera=((0.3, -1.0, 0.5), (0.0, 0.0, 1.0)))
+
+
 STILLS: dict[str, Callable[[], Figure]] = {
     "eigenfunctions": still_of_eigenfunctions,
     "reconstruction": still_of_reconstruction,
@@ -150,6 +159,7 @@ STILLS: dict[str, Callable[[], Figure]] = {
     "ends": still_of_ends,
     "functional-map": still_of_functional_map,
     "clusters": still_of_clusters,
+    "bump-dent": still_of_bump_dent,
 }
 
 

@@ -30,9 +30,12 @@ COLOURS = re.compile(r"colou?r|lamps?|light|metamer|matching|spectra")
 
 
 def boxes_of(app: Sphinx, label: str | None) -> list[list[float]]:
-    """Return where the surfaces of a figure lie in its picture, as shares; none where it has no scene."""
-    path = Path(app.srcdir) / "book" / "_static" / "scenes" / f"{label}.js"
-    if label is None or not path.exists():
+    """Return where the surfaces of a figure lie in its picture, as shares; none where it has no scene and no loop."""
+    static = Path(app.srcdir) / "book" / "_static"
+    path = static / "scenes" / f"{label}.js"
+    if not path.exists():
+        path = static / "loops" / f"{label}.js"
+    if not path.exists():
         return []
     text = path.read_text(encoding="utf-8")
     scene = json.loads(text[text.index("{") : text.rindex(")")])

@@ -13,7 +13,7 @@ from scipy.spatial import cKDTree
 from spectral_notes._checks import as_choice, as_count
 from spectral_notes.functional_maps import as_point_map
 from spectral_notes.labs.data import LabData, modes_data, surface_data
-from spectral_notes.labs.recipes import map_data, parts_data
+from spectral_notes.labs.recipes import cap_data, map_data, parts_data
 from spectral_notes.meshes import TriangleMesh
 from spectral_notes.plotting.pages import Page, page
 from spectral_notes.shapes import coarse_copy
@@ -31,9 +31,9 @@ def lab(name: str, *meshes: TriangleMesh, k: int | None = None, p2p_21: ArrayLik
 
     Parameters
     ----------
-    name : {"eigenfunctions", "reconstruction", "heat", "functional-map", "clusters", "fourier", "ends"}, which lab
+    name : {"eigenfunctions", "reconstruction", "heat", "functional-map", "clusters", "fourier", "ends", "bump-dent"}
     *meshes : one for "reconstruction" and "heat"; one or more for "eigenfunctions"; two for "functional-map"; poses
-        with the same faces for "clusters"; none for "fourier" and "ends"
+        with the same faces for "clusters"; none for "fourier", "ends" and "bump-dent"
     k : how many modes; by default what the lab of the book has, or as many as there are vertices
     p2p_21 : (n_2,) int, for "functional-map": vertex of 2 -> vertex of 1; not needed when the two share their faces
 
@@ -114,4 +114,5 @@ RECIPES: dict[str, tuple[int, int, Recipe]] = {  # name -> least and most meshes
     "clusters": (1, 12, _parts),
     "fourier": (0, 0, lambda *_: []),
     "ends": (0, 0, lambda *_: []),
+    "bump-dent": (0, 0, lambda *_: [cap_data()]),
 }

@@ -15,6 +15,9 @@ from spectral_notes.functional_maps import as_point_map, functional_map
 from spectral_notes.labs.data import LabData, in_unit_area, surface_data, viewpoint
 from spectral_notes.laplacians import cotan_laplacian
 from spectral_notes.meshes import TriangleMesh
+from spectral_notes.shapes import spherical_cap
+
+CAP_ANGLE, CAP_RINGS, CAP_EYE = 1.2, 36, [0.3, -1.0, 0.5]  # the cap of the chapter on curvature
 
 
 def map_data(mesh_1: TriangleMesh, mesh_2: TriangleMesh, p2p_21: ArrayLike, k: int) -> LabData:
@@ -50,6 +53,17 @@ def map_data(mesh_1: TriangleMesh, mesh_2: TriangleMesh, p2p_21: ArrayLike, k: i
         data = surface_data(mesh, k)
         facts |= {name + side: fact for name, fact in data.facts.items()}
         arrays |= {name + side: array for name, array in data.arrays.items()}
+    return LabData(facts, arrays)
+
+
+def cap_data(k: int = 21) -> LabData:
+    """Return a cap of the unit sphere with its first k modes; the fact angle is that of its rim from the pole."""
+    mesh = spherical_cap(CAP_ANGLE, CAP_RINGS)
+    basis = compute_eigenbasis(*cotan_laplacian(mesh), k)
+    facts = viewpoint(mesh) | {"n": mesh.n_vertices, "k": k, "rings": CAP_RINGS, "angle": CAP_ANGLE, "eye": CAP_EYE}
+    arrays: dict[str, NDArray[Any]] = {"faces": mesh.faces.astype(np.uint16)}
+    for name, values in (("vertices", mesh.vertices), ("evecs", basis.evecs)):
+        arrays[name] = values.T.astype(np.float32)
     return LabData(facts, arrays)
 
 

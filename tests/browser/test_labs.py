@@ -16,10 +16,11 @@ from spectral_notes.eigenbasis import compute_eigenbasis
 from spectral_notes.functional_maps import functional_map, nearest_rows
 from spectral_notes.labs.data import in_unit_area
 from spectral_notes.laplacians import cotan_laplacian
-from spectral_notes.shapes import coarse_copy, goat
+from spectral_notes.meshes import TriangleMesh, edge_lengths
+from spectral_notes.shapes import coarse_copy, goat, spherical_cap
 
 PAGE = "book/labs.html"
-LABS = ("fourier", "ends", "eigenfunctions", "heat", "reconstruction", "functional-map", "clusters")
+LABS = ("fourier", "ends", "bump-dent", "eigenfunctions", "heat", "reconstruction", "functional-map", "clusters")
 STEP_MILLISECONDS = 20.0
 
 
@@ -217,7 +218,7 @@ def test_a_fifth_scene_stops_the_oldest(visit):
     with visit(PAGE) as (page, _):
         started = [Lab(page, name).start() for name in LABS if name not in ("fourier", "ends")]
         assert started[0].root.locator(".lab-start").count() == 1
-        assert all(lab.root.locator(".lab-scene").count() == 1 for lab in started[1:])
+        assert all(lab.root.locator(".lab-scene").count() == 1 for lab in started[-4:])
 
 
 def test_where_the_reader_wants_less_motion_nothing_plays(visit):
@@ -387,13 +388,38 @@ def test_parts_stay_when_the_pose_changes(visit):
         assert lab.slide("Parts", 12).number("Parts") == 12
 
 
+def test_the_ground_and_the_spectrum_know_no_bump_from_a_dent_and_the_air_does(visit):
+    n_rings, rim = 36, 3781  # the first vertex of the last ring
+    with visit(PAGE) as (page, _):
+        lab = Lab(page, "bump-dent").start()
+        for pushed, stretch, mode in ((0, 100, 1), (18, 100, 5), (27, 100, 20), (36, 100, 5), (18, 130, 5)):
+            lab.slide("Rings pushed in", pushed).slide("Height, %", stretch).slide("Mode", mode)
+            cap = spherical_cap(rings_pushed_in=pushed)
+            stretched = TriangleMesh(cap.vertices * [1, 1, stretch / 100], cap.faces)
+            f = compute_eigenbasis(*cotan_laplacian(spherical_cap()), 21).evecs[:, mode]
+            L, M = cotan_laplacian(stretched)
+            assert abs(lab.number("Eigenvalue") - (f @ (L @ f)) / (f @ (M @ f))) < 2e-3
+            assert abs(lab.number("Through the air") - np.linalg.norm(stretched.vertices[0] - stretched.vertices[rim])) < 1e-3
+            change = np.abs(edge_lengths(stretched) / edge_lengths(spherical_cap()) - 1).max()
+            if stretch == 100:
+                assert abs(lab.number("On the ground") - 1.2) < 2e-3  # the angle of the rim, on a ball of radius one
+                assert lab.text("Largest change") == "none" and change < 1e-12
+            else:
+                assert abs(lab.number("Largest change") - 100 * change) < 0.06
+                assert lab.number("On the ground") > 1.25
+        lab.choose("Measure", "rim to rim")
+        assert abs(lab.number("Through the air") - 2 * np.sin(1.2)) < 1e-3
+        lab.slide("Height, %", 100).choose("Measure", "pole to half way")
+        assert abs(lab.number("On the ground") - 1.2 * 18 / n_rings) < 1e-3
+
+
 # --- budgets ----------------------------------------------------------------------------------------------------------
 
 
 def test_the_data_of_a_lab_is_at_most_three_megabytes(html):
     sizes = {path.stem: path.stat().st_size for path in (html / "_static" / "labs" / "data").glob("*.js")}
     print(json.dumps(sizes, indent=1))
-    assert len(sizes) == 8
+    assert len(sizes) == 9
     assert max(sizes.values()) <= lab_files.MAX_BYTES  # a lab of several shapes loads them one by one
 
 

@@ -151,6 +151,15 @@ test("a string: closed forms of free, fixed and mixed ends; holding an end raise
   allClose(numerics.stringMode(Math.PI, 0, xs), [1, Math.SQRT1_2, 0, -1], 1e-9);
 });
 
+test("triangles: lengths of sides; the quotient of the octahedron's coordinates, and none of a constant", () => {
+  const { coordinates, faces } = OCTAHEDRON;
+  allClose([...numerics.edgeLengths(coordinates, faces)], Array(24).fill(Math.SQRT2), 1e-12);
+  // Each edge has the weight cot 60° = 1/sqrt 3, each vertex a third of four triangles of area sqrt(3)/2: 8 / sqrt 3 over 4 / sqrt 3.
+  close(numerics.rayleighQuotient(coordinates, faces, coordinates[0]), 2, 1e-12);
+  close(numerics.rayleighQuotient(coordinates.map((x) => x.map((value) => 3 * value)), faces, coordinates[0]), 2 / 9, 1e-12);
+  close(numerics.rayleighQuotient(coordinates, faces, Float32Array.from(faces, () => 1)), 0, 1e-12);
+});
+
 test("colours: the ends, the middle, and in between", () => {
   assert.deepEqual(numerics.colorAt(numerics.SIGNED, 0.5), [0xf7, 0xf7, 0xf7]);
   assert.deepEqual(numerics.colorAt(numerics.SIGNED, -1), [0x05, 0x30, 0x61]);

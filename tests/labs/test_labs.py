@@ -26,11 +26,11 @@ from spectral_notes.labs.data import (
     quantise,
     surface_data,
 )
-from spectral_notes.labs.recipes import map_data, parts_data
+from spectral_notes.labs.recipes import cap_data, map_data, parts_data
 from spectral_notes.laplacians import cotan_laplacian
 from spectral_notes.meshes import TriangleMesh, corner_angles, euler_characteristic, face_areas
 from spectral_notes.plotting.packing import unpack_array
-from spectral_notes.shapes import coarse_copy, doll, egg, goat, sphere
+from spectral_notes.shapes import coarse_copy, doll, egg, goat, sphere, spherical_cap
 
 ROOT = Path(__file__).resolve().parents[2]
 NODE = shutil.which("node")
@@ -224,6 +224,17 @@ def test_what_the_lab_of_heat_tells_the_reader_to_notice():
         assert np.linalg.norm(mesh.vertices[hottest] - mesh.vertices[hoof]) < 0.4 * np.ptp(mesh.vertices[:, 1])
 
 
+@needs_node
+def test_the_quotient_of_a_lab_is_that_of_the_library_on_both_caps(tmp_path):
+    data = cap_data(6)
+    for pushed in (0, 18, 36):
+        mesh = spherical_cap(rings_pushed_in=pushed)
+        coordinates = json.dumps(mesh.vertices.T.tolist())
+        found = in_node(tmp_path, data, f"[3, 5].map((k) => N.rayleighQuotient({coordinates}, d.faces, d.evecs.subarray(k * d.n, (k + 1) * d.n)))")
+        evals = compute_eigenbasis(*cotan_laplacian(mesh), 6).evals
+        assert np.allclose(found, evals[[3, 5]], rtol=1e-6), pushed
+
+
 def test_poses_with_other_faces_are_refused():
     with pytest.raises(ValueError, match="poses must share their faces"):
         parts_data([egg(2), egg(1)], [2])
@@ -243,12 +254,13 @@ def registered(page: str) -> list[LabData]:
     ("name", "meshes"),
     [
         ("eigenfunctions", [egg(2), sphere(2)]), ("reconstruction", [egg(3)]), ("heat", [egg(2)]), ("functional-map", [egg(2), egg(2)]),
-        ("fourier", []), ("ends", []),
+        ("fourier", []), ("ends", []), ("bump-dent", []),
     ],
 )
 def test_a_lab_of_ones_own_is_a_page_that_asks_nobody(name, meshes):
     page = labs.lab(name, *meshes, k=12 if meshes else None).page
-    assert len(registered(page)) == (len(meshes) if name == "eigenfunctions" else bool(meshes))
+    count = {"eigenfunctions": len(meshes), "bump-dent": 1}.get(name, bool(meshes))
+    assert len(registered(page)) == count
     assert f'<spectral-lab name="{name}"' in page
     assert not re.search(r'<(script|link|img)[^>]+(src|href)=', page)
 

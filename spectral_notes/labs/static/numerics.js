@@ -210,10 +210,36 @@
     return [1, 3, 5].map((at) => Math.round(part(stops[i], at) + (place - i) * (part(stops[i + 1], at) - part(stops[i], at))));
   }
 
+  /** The lengths of the sides of triangles, side by side; an edge inside comes twice. */
+  function edgeLengths([x, y, z], faces) {
+    return Float64Array.from(faces, (a, k) => {
+      const b = faces[k % 3 === 2 ? k - 2 : k + 1];
+      return Math.hypot(x[b] - x[a], y[b] - y[a], z[b] - z[a]);
+    });
+  }
+
+  /** f'Lf / f'Mf with the cotangent weights and the lumped masses of triangles, from the lengths of their sides alone. */
+  function rayleighQuotient(coordinates, faces, f) {
+    const lengths = edgeLengths(coordinates, faces);
+    let [energy, size] = [0, 0];
+    for (let t = 0; t < faces.length; t += 3) {
+      const squares = [0, 1, 2].map((k) => lengths[t + k] ** 2);
+      const [a, b, c] = [0, 1, 2].map((k) => lengths[t + k]);
+      const area = Math.sqrt(Math.max((a + b + c) * (b + c - a) * (c + a - b) * (a + b - c), 0)) / 4;
+      const sum = squares[0] + squares[1] + squares[2];
+      for (let k = 0; k < 3; k++) {
+        const [here, next] = [f[faces[t + k]], f[faces[t + ((k + 1) % 3)]]];
+        energy += ((sum - 2 * squares[k]) / (8 * area)) * (next - here) ** 2; // half the cotangent across side k
+        size += (area / 3) * here ** 2;
+      }
+    }
+    return energy / size;
+  }
+
   notes.numerics = {
     joinBasis, synthesize, row, integral, rmsDistance, truncationErrors,
     heatAt, waveAt, waveSpeedAt, waveEnergy, fourier, inverseFourier, amplitudes, largest,
     halfSquares, nearestRow, mapCoefficients, adjustedRand, stringFrequencies, stringMode, colorScale, labelScale, colorAt,
-    farthest, PLACES, SIGNED, POSITIVE,
+    farthest, edgeLengths, rayleighQuotient, PLACES, SIGNED, POSITIVE,
   };
 })();
