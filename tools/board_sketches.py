@@ -202,6 +202,20 @@ def vectors(ax: Axes) -> None:
     write(ax, 8.2, 0.5, r"$E(z) = \sum w_{ij}\, |z_j - r_{ij} z_i|^2$")
 
 
+def graphs(ax: Axes) -> None:
+    """A response, the polynomial that follows it up to b, and what happens beyond."""
+    x = np.linspace(0, 4, 200)
+    line(ax, x, 2 * np.exp(-1.2 * x), INK)
+    inside = np.linspace(0, 3, 9)
+    line(ax, x, np.polynomial.Chebyshev.fit(inside, 2 * np.exp(-1.2 * inside), 3)(x), CHALK)
+    ax.plot([3, 3], [-0.3, 2], "--", color="0.5", lw=1)
+    ax.plot([0, 4.2], [0, 0], color="0.5", lw=1)
+    write(ax, 3, -0.55, "$b$")
+    write(ax, 0, -0.55, "0")
+    write(ax, 8.4, 1.4, r"$g(L) f \;\approx\; \sum a_k\, T_k(X)\, f$")
+    write(ax, 8.4, 0.5, "$r$ products see $r$ edges far", CHALK)
+
+
 def brain(ax: Axes) -> None:
     """Two smooth curves, what their correlation is worth, and how to shuffle fairly."""
     x = np.linspace(0, 4.4, 200)
@@ -238,6 +252,7 @@ SKETCHES: dict[int, Callable[[Axes], None]] = {  # by chapter
     11: clustering,
     12: functional_maps,
     13: vectors,
+    14: graphs,
     15: brain,
     16: outlook,
 }

@@ -34,6 +34,7 @@ NAMED_PAGES = {
     "book/labs",
     "book/11_clustering",
     "book/13_vectors",
+    "book/14_graphs_and_learning",
     "book/15_brain",
     "book/16_outlook",
     "book/conventions",
