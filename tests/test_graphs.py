@@ -8,7 +8,9 @@ import pytest
 import scipy.linalg
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from sklearn.manifold import spectral_embedding
 
+from spectral_notes.eigenbasis import compute_eigenbasis
 from spectral_notes.graphs import mesh_graph, neighbor_graph, path_graph, ring_graph, weights_of_networkx
 from spectral_notes.laplacians import graph_laplacian
 from spectral_notes.meshes import TriangleMesh, edges
@@ -78,6 +80,15 @@ def test_a_loop_counts_in_the_degree_of_normalised_cuts_as_in_networkx():
     evals = scipy.linalg.eigh(L.toarray(), M.toarray(), eigvals_only=True)
     np.testing.assert_allclose(evals, [0, 1, 5 / 3], atol=1e-12)
     np.testing.assert_allclose(evals, np.sort(nx.normalized_laplacian_spectrum(graph)), atol=1e-12)
+
+
+def test_laplacian_eigenmaps_are_those_of_scikit_learn():
+    W = neighbor_graph(np.random.default_rng(0).random((80, 2)), 8)
+    ours = compute_eigenbasis(*graph_laplacian(W, mass="degree"), k=4).evecs[:, 1:]
+    theirs = spectral_embedding(W.toarray(), n_components=3, eigen_solver="arpack", random_state=0)
+    signs = np.sign(np.sum(ours * theirs, axis=0))
+    scale = np.linalg.norm(ours, axis=0) / np.linalg.norm(theirs, axis=0)
+    np.testing.assert_allclose(theirs * signs * scale, ours, atol=1e-8)
 
 
 @pytest.mark.parametrize(
