@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+import shutil
 import subprocess
 import sys
 from pathlib import Path
@@ -89,6 +90,7 @@ def test_parts_that_are_not_there(parts: list[int]) -> None:
         part_edition.of_parts(TOC, parts)
 
 
+@pytest.mark.skipif(shutil.which("make") is None, reason="no make")
 def test_make_names_an_edition_by_its_parts() -> None:
     command = ["make", "-n", "pdf", "EDITION=student", "IN=de", "PARTS=1 3", f"VIRTUAL_ENV={sys.prefix}"]
     lines = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, check=True).stdout
