@@ -155,6 +155,7 @@ def main(arguments: list[str] | None = None) -> int:
         twins(build / "executed", executed)
     pages = parent / "_build" / "pages"
     scene_files.write_scenes(executed, pages, build / "static")
+    objectives.say_times(pages)
     stage(root, pages, build / "static", source)
     if options.parts:
         told = part_edition.cut(root, source, options.parts, os.environ.get("BOOK_URL", ""))

@@ -287,6 +287,30 @@ def test_the_built_page_maps_every_objective_to_its_exercises(path: Path, tmp_pa
     assert set(re.findall(r"\{ref\}`(ex-[a-z0-9-]+)`", page)) == set(re.findall(r":label: (ex-[a-z0-9-]+)", text))
 
 
+@pytest.mark.parametrize("path", CHAPTERS, ids=[path.stem for path in CHAPTERS])
+def test_a_chapter_says_the_time_that_the_teachers_page_says(path: Path, tmp_path: Path) -> None:
+    shutil.copy(path, tmp_path)
+    objectives.say_times(tmp_path)
+    text = "\n\n".join(cell.source for cell in notebooks.read(tmp_path / path.name).cells)
+    said = re.search(r"^\*About (\d+) minutes to read and run, (\d+) for its (\d+) exercises\.\*$", text, re.MULTILINE)
+    assert said and f"**Time:** about {said[1]} minutes to read and run, {said[2]} for its {said[3]} exercises." in objectives.filled(
+        f"% objectives of chapter {int(path.name[:2])}\n", path.parent
+    )
+
+
+def test_time_grows_with_words_figures_and_cells(tmp_path: Path) -> None:
+    def minutes(words: int, figures: int, cells: int, folded: int) -> int:
+        made = [nbformat.v4.new_markdown_cell("word " * words), nbformat.v4.new_markdown_cell("## Exercises")]
+        drawn = {"tags": ["hide-input"], "mystnb": {}}
+        made[1:1] = [nbformat.v4.new_code_cell("x = 1", metadata=drawn) for _ in range(figures)]
+        made[1:1] = [nbformat.v4.new_code_cell("x = 1") for _ in range(cells)]
+        made[1:1] = [nbformat.v4.new_code_cell("x = 1", metadata={"tags": ["hide-input"]}) for _ in range(folded)]
+        notebooks.write(tmp_path / "01_page.ipynb", notebooks.to_text(nbformat.v4.new_notebook(cells=made)))
+        return objectives.lengths(tmp_path / "01_page.ipynb")["minutes"]
+
+    assert [minutes(1500, 0, 0, 9), minutes(0, 20, 0, 0), minutes(0, 0, 40, 0)] == [10, 20, 30]
+
+
 def test_an_objective_without_an_exercise_is_refused(tmp_path: Path) -> None:
     nb = notebooks.read(CHAPTERS[0])
     for cell in nb.cells:
