@@ -257,8 +257,9 @@ class PoissonSolver:
 
     Raises
     ------
-    TypeError or ValueError if shapes or indices do not fit, L has a negative eigenvalue, or the domain has several
-    components and one has no fixed vertex.
+    TypeError, ValueError
+        If shapes or indices do not fit, L has a negative eigenvalue, or the domain has several components and one has
+        no fixed vertex.
 
     Examples
     --------

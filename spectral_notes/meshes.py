@@ -31,8 +31,9 @@ class TriangleMesh:
 
     Raises
     ------
-    TypeError or ValueError if an array has the wrong type or shape, a coordinate is not finite or beyond 1e50, an index
-    is out of range, or a face names a vertex twice (`clean_mesh` drops such faces).
+    TypeError, ValueError
+        If an array has the wrong type or shape, a coordinate is not finite or beyond 1e50, an index is out of range,
+        or a face names a vertex twice (`clean_mesh` drops such faces).
 
     Examples
     --------
@@ -96,8 +97,8 @@ class PointCloud:
 
     Raises
     ------
-    TypeError or ValueError if the array has the wrong type or shape, is empty, or holds numbers that are not finite or
-    beyond 1e50.
+    TypeError, ValueError
+        If the array has the wrong type or shape, is empty, or holds numbers that are not finite or beyond 1e50.
 
     Examples
     --------

@@ -1,14 +1,17 @@
 """Sphinx extension: the pages that are made from the library and from the build itself.
 
-`api-reference` writes the reference of what `spectral_notes` offers from its docstrings, `build-status` the versions
-and the execution times of this build. Names of NumPy, SciPy, PyVista and Python link to their documentation: the
-inventories for that are written here, from the names that the book uses, so that no build asks another host.
+`api-reference` writes the reference of what `spectral_notes` offers from its docstrings, `api-rooms` a line for every
+public name of every room, `build-status` the versions and the execution times of this build. Names of NumPy, SciPy,
+PyVista and Python link to their documentation: the inventories for that are written here, from the names that the book
+uses, so that no build asks another host.
 """
 
 from __future__ import annotations
 
+import importlib
 import inspect
 import json
+import pkgutil
 import platform
 import re
 import zlib
@@ -92,6 +95,40 @@ def reference(names: list[str]) -> Iterator[str]:
             yield from ("", f".. {kind}:: {name}", *(["   :members:"] if kind == "autoclass" else []))
 
 
+def rooms() -> dict[str, dict[str, str]]:
+    """Return every public name of every room, with the sentence that its docstring opens with, "" for a constant."""
+    found = {}
+    for room in sorted(m.name for m in pkgutil.iter_modules(spectral_notes.__path__) if not m.name.startswith("_")):
+        module = importlib.import_module(f"spectral_notes.{room}")
+        defined = [name for name, thing in vars(module).items() if getattr(thing, "__module__", "") == module.__name__]
+        names = getattr(module, "__all__", [name for name in defined if not name.startswith("_")])
+        things = {name: getattr(module, name) for name in names}
+        found[room] = {name: first_sentence(thing) for name, thing in things.items()}
+    return found
+
+
+def first_sentence(thing: object) -> str:
+    """Return what a docstring opens with, in one line; "" for what is no function and no class."""
+    written = inspect.getdoc(thing) if inspect.isclass(thing) or callable(thing) or inspect.ismodule(thing) else ""
+    return " ".join((written or "").split("\n\n")[0].replace("`", "").split())
+
+
+def list_of_rooms() -> list[nodes.Node]:
+    """Return the rooms as definition lists that the search of the pages finds."""
+    made: list[nodes.Node] = []
+    for room, names in rooms().items():
+        place = f"spectral_notes.{room}"
+        made += [nodes.rubric("", place), nodes.paragraph(text=first_sentence(importlib.import_module(place)))]
+        entries = nodes.definition_list()
+        for name, sentence in names.items():
+            term = nodes.term("", "", nodes.literal(text=f"{room}.{name}"))
+            entries += nodes.definition_list_item(
+                "", term, nodes.definition("", nodes.paragraph(text=sentence or "A constant or a type."))
+            )
+        made.append(entries)
+    return made
+
+
 def plain(text: str) -> str:
     """Return prose in which the bars of an absolute value do not begin a substitution."""
     return re.sub(r"(?<!\\)\|", r"\\|", " ".join(text.split("\n")))
@@ -113,6 +150,14 @@ class ApiReference(SphinxDirective):
         lines = StringList(list(reference(spectral_notes.__all__)), "spectral_notes")
         self.state.nested_parse(lines, self.content_offset, container)
         return container.children
+
+
+class ApiRooms(SphinxDirective):
+    """Every public name of every room, with the sentence that its docstring opens with."""
+
+    def run(self) -> list[nodes.Node]:
+        """Return the lists."""
+        return list_of_rooms()
 
 
 class BuildStatus(SphinxDirective):
@@ -148,5 +193,6 @@ def setup(app: Sphinx) -> dict[str, bool]:
     app.connect("config-inited", write_inventories)
     app.connect("autodoc-process-docstring", escape_bars, priority=400)
     app.add_directive("api-reference", ApiReference)
+    app.add_directive("api-rooms", ApiRooms)
     app.add_directive("build-status", BuildStatus)
     return {"parallel_read_safe": True, "parallel_write_safe": True}

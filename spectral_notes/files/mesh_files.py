@@ -182,7 +182,10 @@ def write_mesh(path: str | os.PathLike[str], mesh: TriangleMesh) -> None:
 
     Raises
     ------
-    ValueError if the ending is not one of the five; OSError if the folder does not exist or cannot be written to.
+    ValueError
+        If the ending is not one of the five.
+    OSError
+        If the folder does not exist or cannot be written to.
 
     Examples
     --------

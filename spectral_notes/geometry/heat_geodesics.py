@@ -31,7 +31,8 @@ class HeatMethod:
 
     Raises
     ------
-    TypeError or ValueError if the step is not positive, a face has no area or a vertex no face.
+    TypeError, ValueError
+        If the step is not positive, a face has no area or a vertex no face.
 
     Examples
     --------

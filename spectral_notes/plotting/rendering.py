@@ -56,7 +56,8 @@ class SurfaceView:
 
     Raises
     ------
-    TypeError or ValueError if the surface is neither, or values or marks have the wrong shape or are not finite.
+    TypeError, ValueError
+        If the surface is neither, or values or marks have the wrong shape or are not finite.
 
     Examples
     --------

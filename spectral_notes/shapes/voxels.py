@@ -32,8 +32,9 @@ class VoxelGrid:
 
     Raises
     ------
-    TypeError or ValueError if `inside` is no three-dimensional array of booleans or False everywhere, the corner is not
-    finite, or the step is not positive.
+    TypeError, ValueError
+        If `inside` is no three-dimensional array of booleans or False everywhere, the corner is not finite, or the
+        step is not positive.
 
     Examples
     --------

@@ -56,6 +56,21 @@ def test_the_reference_holds_what_the_package_offers_and_nothing_else() -> None:
     assert re.findall(r"^   (\w+)$", lines, re.MULTILINE) == spectral_notes.__all__
 
 
+def test_the_rooms_hold_every_public_name_with_a_sentence() -> None:
+    rooms = reference_pages.rooms()
+    folder = ROOT / "spectral_notes"
+    assert set(rooms) == {p.stem for p in [*folder.glob("[a-z]*.py"), *(q.parent for q in folder.glob("[a-z]*/__init__.py"))]}
+    for room, names in rooms.items():
+        module = importlib.import_module(f"spectral_notes.{room}")
+        assert names and set(getattr(module, "__all__", names)) == set(names)
+        said = {n: words for n, words in names.items() if inspect.isfunction(getattr(module, n)) or inspect.isclass(getattr(module, n))}
+        assert all(len(words) > 10 for words in said.values()), said
+    held = {name for names in rooms.values() for name in names}
+    assert set(spectral_notes.__all__) <= held and {"heat_kernel_signature", "conformal_map", "voxel_shell", "goat"} <= held
+    text = " ".join(node.astext() for node in reference_pages.list_of_rooms())
+    assert "shapes.goat" in text and rooms["shapes"]["goat"] in text
+
+
 @pytest.mark.parametrize("name", spectral_notes.__all__)
 def test_every_entry_of_the_reference_has_an_example(name: str) -> None:
     assert ">>>" in inspect.getdoc(getattr(spectral_notes, name)), "doctest runs it with the tests"
