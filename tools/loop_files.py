@@ -27,6 +27,7 @@ from matplotlib.figure import Figure
 from numpy.typing import NDArray
 from PIL import Image
 from scipy.linalg import eigh_tridiagonal
+from scipy.optimize import brentq
 
 from spectral_notes import plotting
 from spectral_notes.diffusion import heat, point_source, wave
@@ -42,6 +43,7 @@ MAX_BYTES = 400_000  # of one loop
 SIZE = 640  # pixels of a square picture of a surface, before it is cut
 QUALITIES = (85, 60, 40)
 CAP_CAMERA = ((0.3, -1.0, 0.9), (0.0, 0.0, 1.0))
+FAN_CAMERA = ((0.35, -1.0, 0.75), (0.0, 0.0, 1.0))
 BALL_CAMERA = ((1.2, 0.65, 0.95), (0.0, 0.0, 1.0))
 EGG_CAMERA = ((0.6, -1.2, 0.7), (0.0, 0.0, 1.0))
 
@@ -88,6 +90,39 @@ def to_and_fro(n: int) -> NDArray[np.float64]:
 
 
 # --- chapter 4 ------------------------------------------------------------------------------------------------------
+
+
+def fan(n: int, part: float) -> TriangleMesh:
+    """Return n equilateral triangles round a point, folded a part of the way from flat on the table to closed.
+
+    Five rise to a tip; more than six wave up and down twice. Spokes of length one that keep 60 degrees to the next turn
+    by the angle d about the axis, with cos 60 = sin e sin f + cos e cos f cos d for their elevations e and f.
+    """
+
+    def turns(wave: float) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+        elevation = np.full(n + 1, -wave) if n < 6 else wave * np.cos(4 * np.pi * np.arange(n + 1) / n)
+        e, f = elevation[:-1], elevation[1:]
+        d = np.arccos(np.clip((0.5 - np.sin(e) * np.sin(f)) / (np.cos(e) * np.cos(f)), -1, 1))
+        return elevation, np.concatenate([[0.0], np.cumsum(d)])
+
+    closed = 0.0 if n == 6 else brentq(lambda wave: turns(wave)[1][-1] - 2 * np.pi, 0.0, 0.75)
+    elevation, around = turns(part * closed)
+    out = np.cos(elevation)
+    spokes = np.column_stack([out * np.cos(around), out * np.sin(around), np.sin(elevation)])
+    return TriangleMesh(np.vstack([np.zeros(3), spokes]), [[0, k, k + 1] for k in range(1, n + 1)])
+
+
+def folding() -> list[Frame]:
+    """Draw five, six and seven triangles round a point while they are folded until they close."""
+    box = room([-1.0, -1.0, -0.6], [1.0, 1.0, 0.5])
+    parts = to_and_fro(16)
+    columns = [
+        rendered([SurfaceView(fan(n, part), edges=True, arrows=box, camera=FAN_CAMERA) for part in parts], 420)
+        for n in (5, 6, 7)
+    ]
+    high = max(len(frames[0]) for frames in columns)
+    return [np.hstack([np.pad(f, ((0, high - len(f)), (0, 0), (0, 0)), constant_values=255) for f in row])
+            for row in zip(*columns, strict=True)]
 
 
 def pushed_in() -> list[Frame]:
@@ -235,6 +270,7 @@ def growing() -> list[Frame]:
 
 LOOPS = {
     "fig-03-held": Loop(string, 4, 110, surface=0.0),
+    "fig-04-folding": Loop(folding, 8, 120),
     "fig-04-pushed-in": Loop(pushed_in, 8, 100),
     "fig-13-triangle": Loop(transported, 24, 120),
     "fig-08-stretched": Loop(stretched, 8, 140),

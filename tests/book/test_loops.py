@@ -37,6 +37,18 @@ def test_a_string_whose_end_is_held_more_rises_from_half_tones_to_whole_ones():
     assert np.allclose(loop_files.string_modes(0.0, 0.0)[0][:3] / np.pi, [0, 1, 2], atol=1e-3)
 
 
+@pytest.mark.parametrize("n", [5, 6, 7])
+def test_folded_triangles_stay_equilateral_and_close(n):
+    fans = [loop_files.fan(n, part) for part in (0, 0.3, 0.7, 1)]
+    for mesh in fans:
+        assert np.allclose(edge_lengths(mesh), 1, atol=1e-12)
+    first, last = fans[-1].vertices[[1, n + 1]]
+    assert np.allclose(first, last, atol=1e-9), "it does not close"
+    assert np.allclose(fans[0].vertices[:, 2], 0), "it does not begin flat"
+    signs = np.sign(np.round(fans[-1].vertices[1:-1, 2], 9))
+    assert {5: (signs == -1).all(), 6: (signs == 0).all(), 7: (signs == np.roll(signs, 1)).sum() == n - 4}[n]
+
+
 def test_no_edge_of_the_cap_changes_its_length_on_the_way_in():
     lengths = [edge_lengths(spherical_cap(rings_pushed_in=k)) for k in range(28)]
     assert np.ptp(lengths, axis=0).max() < 1e-14
