@@ -20,7 +20,7 @@ from spectral_notes.matching.map_refinement import bijective_zoomout, sample_ver
 from spectral_notes.matching.map_search import Candidate, candidate_maps, view
 from spectral_notes.matching.point_maps import orientation_score, precise_map
 from spectral_notes.mesh_calculus import surface_weights
-from spectral_notes.meshes import TriangleMesh, connected_components
+from spectral_notes.meshes import TriangleMesh, connected_components, euler_characteristic, is_closed
 from spectral_notes.shapes.resampling import coarse_copy
 
 Meshes = tuple[TriangleMesh, TriangleMesh]
@@ -37,8 +37,11 @@ NEAR = 0.1  # images this close, in square roots of the area, count as the same 
 LIGHT = 5000  # vertices of the copies that `fast` matches
 HEIGHT_WEIGHT = 1.0  # of the height along `up` among what points look like
 BIAS = -4.0  # of the doubt, when no clue speaks
-CLUES = {"upside down": (20.0, 0.0), "defect": (4.0, 0.0), "rival": (150.0, -0.11), "mirrored": (150.0, 0.04)}
 # the weight of each clue in the doubt, and from where on it counts
+CLUES = {
+    "upside down": (20.0, 0.0), "defect": (4.0, 0.0), "rival": (60.0, -0.25), "mirrored": (150.0, 0.05),
+    "genus": (4.0, 0.0),
+}  # fmt: skip
 
 
 @dataclass(frozen=True, eq=False)
@@ -54,12 +57,13 @@ class ShapeMatch:
     orientation : float
         Share of shape 2's area that lands right side up, from 0 to 1; see `orientation_score`.
     doubt : float
-        From 0 to 1: how much speaks against the map, a score whose weights were set by hand.
+        From 0 to 1: how much speaks against the map, a score whose weights were chosen on four persons.
     reason : str
         Why the map may be wrong, where that is more likely than not; else empty.
     clues : dict of str to float
-        What the doubt was computed from: the share of the area upside down, the defect from an isometry, and how far
-        the best map that leads elsewhere ranks above this one, right side up or mirrored (-1 if there is none).
+        What the doubt was computed from: the share of the area upside down; the defect from an isometry; how far the
+        best map that leads elsewhere ranks above this one, less its own defect, and how far the best mirrored one does
+        (-1 if there is none); and whether two closed shapes differ in their number of holes.
     basis_1, basis_2 : Eigenbasis
         The modes of both shapes, each scaled to area one.
     """
@@ -236,6 +240,7 @@ class Refined:
 
     C_12: FloatArray
     p2p_21: IntArray
+    defect: float
     rank: float
     is_upright: bool
 
@@ -262,7 +267,7 @@ def best_match(meshes: Meshes, bases: Bases, ends: list[Refined], k: int) -> Sha
     p2p_21 = point_map(*bases, C_12)
     score = orientation_score(*meshes, p2p_21)
     far = [end for end in ends if end is not best and _elsewhere(meshes[0], bases[1], best, end)]
-    clues = _clues(score, isometry_defect(C_12), best, far)
+    clues = _clues(meshes, score, isometry_defect(C_12), best, far)
     return ShapeMatch(C_12, p2p_21, score, *doubt_of(clues), clues, *bases)
 
 
@@ -275,8 +280,9 @@ def _refined(
     C = _refit(one, two, *bases, candidate.C_12, pairs)
     C, _ = bijective_zoomout(*bases, C, C.T, k=max(len(C), min(COARSE, bases[0].k)), samples=samples)
     p2p_21 = point_map(*bases, C)
-    rank = orientation_score(one, two, p2p_21) - isometry_defect(C) - 0.25 * np.log(max(candidate.misfit, 0.0) + 1e-9)
-    return Refined(C, p2p_21, float(rank), is_upright)
+    defect = isometry_defect(C)
+    rank = orientation_score(one, two, p2p_21) - defect - 0.25 * np.log(max(candidate.misfit, 0.0) + 1e-9)
+    return Refined(C, p2p_21, defect, float(rank), is_upright)
 
 
 def _refit(
@@ -303,11 +309,15 @@ def _elsewhere(mesh_1: TriangleMesh, basis_2: Eigenbasis, one: Refined, other: R
     return bool(basis_2.M.sum(axis=1)[gaps > NEAR].sum() > 0.05)
 
 
-def _clues(score: float, defect: float, best: Refined, others: list[Refined]) -> dict[str, float]:
-    """What speaks against a map: shares, and how far others rank above it (-1 if there are none)."""
-    above = {up: max((one.rank - best.rank for one in others if one.is_upright == up), default=-1.0)
-             for up in (True, False)}  # fmt: skip
-    return {"upside down": 1.0 - score, "defect": defect, "rival": above[True], "mirrored": above[False]}
+def _clues(
+    meshes: Meshes, score: float, defect: float, best: Refined, others: list[Refined]
+) -> dict[str, float]:
+    """What speaks against a map; a rival speaks by its rank and by how nearly it is an isometry, as a symmetry is."""
+    rival = max((one.rank - best.rank - one.defect for one in others if one.is_upright), default=-1.0)
+    mirrored = max((one.rank - best.rank for one in others if not one.is_upright), default=-1.0)
+    holes = {euler_characteristic(mesh) if is_closed(mesh) else None for mesh in meshes}
+    genus = float(len(holes) == 2 and None not in holes)
+    return {"upside down": 1.0 - score, "defect": defect, "rival": rival, "mirrored": mirrored, "genus": genus}
 
 
 def doubt_of(clues: Mapping[str, float]) -> tuple[float, str]:
@@ -319,6 +329,7 @@ def doubt_of(clues: Mapping[str, float]) -> tuple[float, str]:
                        "the shapes differ",
         "defect": f"the map is far from an isometry (defect {clues['defect']:.2f}): it is wrong, or the shapes differ",
         "rival": "another map fits nearly as well and leads elsewhere: the shapes have a symmetry; give landmarks",
+        "genus": "the shapes have different numbers of holes, so that no map between them is one to one",
         "mirrored": "upside down the map fits better: one shape is perhaps the mirror image of the other",
     }  # fmt: skip
     return float(doubt), words[max(parts, key=lambda name: parts[name])] if doubt >= 0.5 else ""
