@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import xml.etree.ElementTree as ElementTree
+from concurrent.futures import ThreadPoolExecutor
 
 import epub_book
 
@@ -13,7 +14,8 @@ def test_pages_of_the_book_as_an_epub(html, tmp_path, capsys):
     toc = tmp_path / "toc.yml"
     names = "{file: book/03_differentiation}, {file: book/api}, {file: book/labs}"
     toc.write_text(f"root: book/index\nparts: [{{caption: Some, chapters: [{names}]}}]\n", encoding="utf-8")
-    files = epub_book.book_files(html, toc, tmp_path, "full")
+    with ThreadPoolExecutor(1) as apart:  # a thread has one Playwright, and the tests hold that of this one
+        files = apart.submit(epub_book.book_files, html, toc, tmp_path, "full").result()
     pages = {name: ElementTree.fromstring(text) for name, text in files.items() if name.endswith(".xhtml")}
     formulas = [one for page in pages.values() for one in page.iter(MATH)]
     assert len(formulas) > 100 and all(one.get("alttext") and len(one) for one in formulas)
