@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import argparse
 import re
 from pathlib import Path
 
@@ -12,6 +13,18 @@ KINDS = {".pdf": "PDF", ".epub": "EPUB"}
 def name(edition: str) -> str:
     """Return the name of the files of an edition, without their endings."""
     return "spectral-geometry-notes" + ("-student" if edition == "student" else "")
+
+
+def command_line(description: str, ending: str, arguments: list[str] | None) -> tuple[Path, Path, Path]:
+    """Return the built book, the file to make of it in a folder that is there, and the table of contents."""
+    parser = argparse.ArgumentParser(description=description.splitlines()[0])
+    parser.add_argument("html", type=Path, help="the built book")
+    parser.add_argument("--into", type=Path, required=True, help="the folder of what is made")
+    parser.add_argument("--edition", choices=("full", "student"), default="full", help="names the file")
+    parser.add_argument("--toc", type=Path, default=Path("_toc.yml"))
+    options = parser.parse_args(arguments)
+    options.into.mkdir(parents=True, exist_ok=True)
+    return options.html.resolve(), options.into.resolve() / f"{name(options.edition)}{ending}", options.toc
 
 
 def offer(root: Path) -> None:

@@ -8,7 +8,6 @@ at the end. EPUBCheck says whether the file is one, where it is installed (Debia
 
 from __future__ import annotations
 
-import argparse
 import html
 import os
 import re
@@ -118,8 +117,8 @@ def cleaned(tag: Tag) -> None:
         one.name = "div"
 
 
-def book_files(root: Path, toc: Path, pictures: Path, edition: str) -> dict[str, str | Path]:
-    """Return the files of the EPUB by their names, text or the path of a picture; pictures are made in a folder."""
+def book_files(root: Path, toc: Path, pictures: Path, name: str) -> dict[str, str | Path]:
+    """Return the files of the EPUB of this name, text or the path of a picture; pictures are made in a folder."""
     bodies: dict[str, list[Tag]] = {}
     titles, parts, answers = {"solutions": "Solutions"}, [], []
     for caption, pages in chapters(toc):
@@ -150,7 +149,7 @@ def book_files(root: Path, toc: Path, pictures: Path, edition: str) -> dict[str,
     lists = "".join(contents(caption, stems, titles) for caption, stems in parts)
     nav = f'<nav epub:type="toc" id="toc"><h1>Contents</h1><ol>{lists}</ol></nav>'
     texts |= files | {"style.css": STYLE + code, "nav.xhtml": PAGE.format(title="Contents", body=nav)}
-    return texts | {"package.opf": package(texts, [stem for _, stems in parts for stem in stems], edition)}
+    return texts | {"package.opf": package(texts, [stem for _, stems in parts for stem in stems], name)}
 
 
 def linked(bodies: dict[str, list[Tag]]) -> dict[str, str | Path]:
@@ -190,7 +189,7 @@ def contents(caption: str, stems: list[str], titles: dict[str, str]) -> str:
     return f"<li><span>{html.escape(caption)}</span><ol>{lines}</ol></li>" if caption else lines
 
 
-def package(files: dict[str, str | Path], order: list[str], edition: str) -> str:
+def package(files: dict[str, str | Path], order: list[str], name: str) -> str:
     """Return the list of what the EPUB holds and in which order it is read."""
     items = []
     for name, text in files.items():
@@ -200,7 +199,7 @@ def package(files: dict[str, str | Path], order: list[str], edition: str) -> str
     names = ["nav.xhtml", *(f"{stem}.xhtml" for stem in order)]
     now = time.gmtime(int(os.environ.get("SOURCE_DATE_EPOCH", time.time())))
     return PACKAGE.format(
-        name=uuid.uuid5(uuid.NAMESPACE_URL, f"spectral-geometry-notes {edition}"),
+        name=uuid.uuid5(uuid.NAMESPACE_URL, name),
         title=html.escape(TITLE),
         author=html.escape(AUTHOR),
         modified=time.strftime("%Y-%m-%dT%H:%M:%SZ", now),
@@ -240,16 +239,9 @@ def complaints(path: Path) -> list[str] | None:
 
 def main(arguments: list[str] | None = None) -> int:
     """Run the command line and return its exit status."""
-    parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
-    parser.add_argument("html", type=Path, help="the built book")
-    parser.add_argument("--into", type=Path, required=True, help="the folder of the EPUB")
-    parser.add_argument("--edition", choices=("full", "student"), default="full", help="names the file")
-    parser.add_argument("--toc", type=Path, default=Path("_toc.yml"))
-    options = parser.parse_args(arguments)
-    options.into.mkdir(parents=True, exist_ok=True)
-    target = options.into.resolve() / f"{downloads.name(options.edition)}.epub"
+    root, target, toc = downloads.command_line(__doc__ or "", ".epub", arguments)
     with tempfile.TemporaryDirectory() as folder:
-        files = book_files(options.html.resolve(), options.toc, Path(folder), options.edition)
+        files = book_files(root, toc, Path(folder), target.stem)
         made = Path(folder) / "book.epub"
         write_epub(files, made)
         shutil.copyfile(made, target)
@@ -259,7 +251,7 @@ def main(arguments: list[str] | None = None) -> int:
     print(f"{target.name}: {pages} pages, {target.stat().st_size / 1e6:.1f} MB, {said}")
     for line in found or []:
         sys.stderr.write(f"{line}\n")
-    downloads.offer(options.html)
+    downloads.offer(root)
     return 1 if found else 0
 
 

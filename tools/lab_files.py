@@ -1,15 +1,10 @@
 """Write what the labs load on request, and the still picture that each of them shows before it is started.
 
-    python tools/lab_files.py _build/static
-
-Data go to labs/data/NAME.js and pictures to labs/stills/NAME.png below the folder. Nothing is computed while the
-library and the pins are what they were: the digest beside the folder says so.
+Data go to labs/data/NAME.js and pictures to labs/stills/NAME.png below the folder of generated files.
 """
 
 from __future__ import annotations
 
-import argparse
-import hashlib
 import sys
 from collections.abc import Callable, Iterator
 from pathlib import Path
@@ -168,30 +163,17 @@ STILLS: dict[str, Callable[[], Figure]] = {
 
 def write_labs(target: Path, root: Path = ROOT) -> None:
     """Write data and stills below `target`, unless they are those of the library as it is."""
-    record = target.parent / "labs.digest"
-    digest = hashlib.sha256(notebooks.surroundings_digest(root).encode() + Path(__file__).read_bytes()).hexdigest()
-    if record.exists() and record.read_text(encoding="utf-8") == digest:
-        return
+    notebooks.once(target.parent / "labs.digest", [Path(__file__)], root, lambda: make_labs(target / "labs"))
+
+
+def make_labs(folder: Path) -> None:
+    """Write data and stills into a folder."""
     sys.stderr.write("labs: computing their data and pictures\n")
     for name, data in lab_data():
-        notebooks.write(target / "labs" / "data" / f"{name}.js", data.script(f"labs/data/{name}"))
+        notebooks.write(folder / "data" / f"{name}.js", data.script(f"labs/data/{name}"))
     plotting.use_house_style()
+    (folder / "stills").mkdir(parents=True, exist_ok=True)
     for name, draw in STILLS.items():
-        path = target / "labs" / "stills" / f"{name}.png"
-        path.parent.mkdir(parents=True, exist_ok=True)
         figure = draw()
-        figure.savefig(path, dpi=STILL_DPI, metadata={"Software": None})
+        figure.savefig(folder / "stills" / f"{name}.png", dpi=STILL_DPI, metadata={"Software": None})
         plt.close(figure)
-    notebooks.write(record, digest)
-
-
-def main(arguments: list[str] | None = None) -> int:
-    """Run the command line and return its exit status."""
-    parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
-    parser.add_argument("target", type=Path, help="the folder of generated files")
-    write_labs(parser.parse_args(arguments).target)
-    return 0
-
-
-if __name__ == "__main__":
-    sys.exit(main())

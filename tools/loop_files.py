@@ -1,16 +1,12 @@
 """Write the pictures of the book that move: a still, and a short loop that a reader plays, for both themes.
 
-    python tools/loop_files.py _build/static
-
 A page names the still in a figure of the class `loop`; `book/_static/loops.js` puts a button on it. The files are
 loops/FIGURE.png, .webp and -dark.webp, and FIGURE.js, which says where a surface lies in the picture, for the still's
-twin. Nothing is drawn while the library and the pins are what they were: the digest beside the folder says so.
+twin.
 """
 
 from __future__ import annotations
 
-import argparse
-import hashlib
 import io
 import json
 import sys
@@ -306,27 +302,14 @@ def write_loop(name: str, loop: Loop, folder: Path) -> None:
 
 def write_loops(target: Path, root: Path = notebooks.ROOT) -> None:
     """Write all loops below `target`, unless they are those of the library as it is."""
-    record = target.parent / "loops.digest"
     sources = [Path(__file__), Path(lab_files.__file__), Path(figure_twins.__file__)]
-    ours = b"".join(path.read_bytes() for path in sources)
-    digest = hashlib.sha256(notebooks.surroundings_digest(root).encode() + ours).hexdigest()
-    if record.exists() and record.read_text(encoding="utf-8") == digest:
-        return
+    notebooks.once(target.parent / "loops.digest", sources, root, lambda: make_loops(target / "loops"))
+
+
+def make_loops(folder: Path) -> None:
+    """Write all loops into a folder."""
     sys.stderr.write("loops: drawing the pictures that move\n")
     plotting.use_house_style()
-    (target / "loops").mkdir(parents=True, exist_ok=True)
+    folder.mkdir(parents=True, exist_ok=True)
     for name, loop in LOOPS.items():
-        write_loop(name, loop, target / "loops")
-    notebooks.write(record, digest)
-
-
-def main(arguments: list[str] | None = None) -> int:
-    """Run the command line and return its exit status."""
-    parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
-    parser.add_argument("target", type=Path, help="the folder of generated files")
-    write_loops(parser.parse_args(arguments).target)
-    return 0
-
-
-if __name__ == "__main__":
-    sys.exit(main())
+        write_loop(name, loop, folder)

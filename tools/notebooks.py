@@ -354,6 +354,15 @@ def surroundings_digest(root: Path) -> str:
     return digest.hexdigest()
 
 
+def once(record: Path, sources: Iterable[Path], root: Path, make: Callable[[], None]) -> None:
+    """Call `make` unless the library, the pins and the sources are what the record says, and note them."""
+    ours = b"".join(path.read_bytes() for path in sources)
+    digest = hashlib.sha256(surroundings_digest(root).encode() + ours).hexdigest()
+    if not record.exists() or record.read_text(encoding="utf-8") != digest:
+        make()
+        write(record, digest)
+
+
 def code_digest(nb: nbformat.NotebookNode, surroundings: str) -> str:
     """Return a digest of a notebook's code cells and their surroundings; its prose does not count."""
     return hashlib.sha256(json.dumps([surroundings, [cell.source for _, cell in code_cells(nb)]]).encode()).hexdigest()

@@ -8,7 +8,6 @@ each chapter begins. Folded code is left away; answers to predictions are shown;
 
 from __future__ import annotations
 
-import argparse
 import html
 import re
 import shutil
@@ -187,20 +186,12 @@ def page_numbers(path: Path) -> dict[str, int]:
 
 def main(arguments: list[str] | None = None) -> int:
     """Run the command line and return its exit status."""
-    parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
-    parser.add_argument("html", type=Path, help="the built book")
-    parser.add_argument("--into", type=Path, required=True, help="the folder of the PDF")
-    parser.add_argument("--edition", choices=("full", "student"), default="full", help="names the file")
-    parser.add_argument("--toc", type=Path, default=Path("_toc.yml"))
-    options = parser.parse_args(arguments)
-    root = options.html.resolve()
-    options.into.mkdir(parents=True, exist_ok=True)
-    target = options.into.resolve() / f"{downloads.name(options.edition)}.pdf"
+    root, target, toc = downloads.command_line(__doc__ or "", ".pdf", arguments)
     with tempfile.TemporaryDirectory() as folder:
         numbers: dict[str, int] = {}
         for _ in range(2):
             trial = Path(folder) / "book.pdf"
-            print_page(one_page(root, options.toc, TITLE, Path(folder), numbers), trial)
+            print_page(one_page(root, toc, TITLE, Path(folder), numbers), trial)
             numbers = page_numbers(trial)
         shutil.copyfile(trial, target)
     reader = PdfReader(target)

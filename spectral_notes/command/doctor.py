@@ -207,7 +207,7 @@ def check_pictures() -> Finding:
         remedy = "unset MPLBACKEND (Windows: set MPLBACKEND=), and start the notebook anew"
         return Finding("pictures", "broken", says, remedy)
     if find_spec("pyvista") is None:
-        says = "pyvista is not installed: no pictures of surfaces; everything else works"
+        says = "pyvista is not installed: no still pictures or reports, and no .vtk or .vtu files; the rest works"
         return Finding("pictures", "note", says, 'python -m pip install "spectral-notes[pictures]"')
     try:
         run = subprocess.run([sys.executable, "-c", SCENE], capture_output=True, text=True, timeout=300, check=False)

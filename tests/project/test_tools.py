@@ -6,6 +6,7 @@ import json
 import shutil
 import subprocess
 import sys
+from functools import partial
 from pathlib import Path
 from types import SimpleNamespace
 
@@ -249,6 +250,19 @@ def test_changed_prose_keeps_the_outputs(project: Path) -> None:
     nb = notebooks.read(project / "_build/executed/00_tiny.ipynb")
     assert nb.cells[0].source == "# Another title"
     assert nb.cells[1].outputs[0]["text"] == "42\n"
+
+
+def test_what_is_made_once_is_made_again_when_a_source_changes_and_after_a_failure(tmp_path: Path) -> None:
+    record, source, made = tmp_path / "x.digest", tmp_path / "draws.py", []
+    for text, calls in (("one", 1), ("one", 1), ("two", 2)):
+        source.write_text(text)
+        notebooks.once(record, [source], tmp_path, partial(made.append, text))
+        assert len(made) == calls
+    source.write_text("three")
+    with pytest.raises(ZeroDivisionError):
+        notebooks.once(record, [source], tmp_path, lambda: 1 / 0)
+    notebooks.once(record, [source], tmp_path, lambda: made.append("three"))
+    assert made == ["one", "two", "three"]
 
 
 def test_a_raising_cell_fails_the_execution_and_is_named(project: Path) -> None:
