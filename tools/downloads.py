@@ -6,6 +6,8 @@ import argparse
 import re
 from pathlib import Path
 
+from spectral_notes._whole import write_whole
+
 PLACE = re.compile(r'(<p class="downloads"[^>]*>).*?(</p>)', re.DOTALL)
 KINDS = {".pdf": "PDF", ".epub": "EPUB"}
 
@@ -41,4 +43,4 @@ def offer(root: Path) -> None:
     before = page.read_text(encoding="utf-8")
     after = PLACE.sub(lambda place: place[1] + said + place[2], before)
     if after != before:
-        page.write_text(after, encoding="utf-8")
+        write_whole(page, lambda place: place.write_text(after, encoding="utf-8"))

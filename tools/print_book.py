@@ -54,7 +54,8 @@ img { height: auto; max-height: 215mm; max-width: 100%; }
 table { border-collapse: collapse; font-size: 8.5pt; margin: 3mm 0; max-width: 100%; }
 th, td { border-bottom: 1px solid #ccc; overflow-wrap: anywhere; padding: 1mm 2mm; text-align: left;
   vertical-align: top; }
-tr, mjx-container { break-inside: avoid; }
+tr, div.math, mjx-container { break-inside: avoid; }
+.eqno { float: right; }
 .admonition { border-left: 1mm solid #7a96bd; margin: 3mm 0; padding: 0 3mm; }
 .admonition-title { break-after: avoid; font-family: "DejaVu Sans", sans-serif; font-weight: bold; }
 """
