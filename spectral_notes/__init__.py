@@ -30,6 +30,7 @@ _HOMES = {  # where each name lives; it is loaded when it is first used (PEP 562
         "cotan_laplacian",
         "robust_mesh_laplacian",
         "robust_cloud_laplacian",
+        "tetrahedral_laplacian",
         "mass_matrix",
     ),
     "mesh_calculus": (

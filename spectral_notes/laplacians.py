@@ -1,4 +1,4 @@
-"""Laplacians of intervals, graphs, meshes and point clouds, each as the pair (L, M) of one eigenproblem.
+"""Laplacians of intervals, graphs, meshes, point clouds and solids, each as the pair (L, M) of one eigenproblem.
 
     L phi = lambda M phi
 
@@ -13,6 +13,7 @@ from typing import Any
 import numpy as np
 import robust_laplacian
 import scipy.sparse as sp
+from numpy.typing import ArrayLike
 
 from spectral_notes._checks import (
     FloatArray,
@@ -20,6 +21,8 @@ from spectral_notes._checks import (
     Refusal,
     as_choice,
     as_count,
+    as_floats,
+    as_indices,
     as_instance,
     as_number,
     as_symmetric,
@@ -278,6 +281,61 @@ def robust_cloud_laplacian(cloud: PointCloud, *, n_neighbors: int = 30) -> Pair:
     if not 0.0 < M.diagonal().min() <= M.diagonal().max() < np.inf:
         raise ValueError(f"cloud must have areas that numbers can hold; its largest side is {size:g}: change its unit")
     return _with_copies(L, M, first, copy_of.ravel())
+
+
+def tetrahedral_laplacian(vertices: ArrayLike, tets: ArrayLike, *, mass: str = "lumped") -> Pair:
+    """Return the positive semidefinite Laplacian of a solid: linear finite elements on its tetrahedra.
+
+    ``f @ L @ f`` is the integral of the squared slope of f over the solid. Its surface is free: nothing flows out.
+
+    Parameters
+    ----------
+    vertices : (n, 3) array, places of the vertices; each belongs to a tetrahedron
+    tets : (m, 4) array, the corners of each tetrahedron as places in `vertices`, in any order
+    mass : {"lumped", "full"}, "lumped" gives each corner a quarter of its tetrahedra's volumes; "full" integrates
+        products exactly, and its eigenvalues bound those of the solid that the tetrahedra fill from above.
+
+    Returns
+    -------
+    L (n, n) csr_array: weak Laplacian, in units of the vertices; M (n, n) csr_array: mass, in cubed units; its entries
+    sum to the volume. Raises TypeError or ValueError if an array has another shape, a corner is no vertex, a vertex has
+    no tetrahedron, or a tetrahedron no volume.
+
+    Examples
+    --------
+    >>> L, M = tetrahedral_laplacian([[0, 0, 0], [6, 0, 0], [0, 6, 0], [0, 0, 6]], [[0, 1, 2, 3]])
+    >>> L.toarray().round(12).tolist()[0]
+    [3.0, -1.0, -1.0, -1.0]
+    >>> round(float(M.sum()), 9)
+    36.0
+
+    References
+    ----------
+    Strang and Fix, *An Analysis of the Finite Element Method* (2008), ch. 1.
+    """
+    vertices = as_floats("vertices", vertices, ("n", 3))
+    n = len(vertices)
+    tets = as_indices("tets", tets, ("m", 4), n)
+    mass = as_choice("mass", mass, ("lumped", "full"))
+    lone = np.flatnonzero(np.bincount(tets.ravel(), minlength=n) == 0)
+    if len(lone):
+        raise ValueError(f"tets must use every vertex; {len(lone)} have none, the first is vertex {lone[0]}: drop them")
+    sides = vertices[tets[:, 1:]] - vertices[tets[:, :1]]  # (m, 3, 3)
+    volumes = abs(np.linalg.det(sides)) / 6.0
+    flat = np.flatnonzero(volumes <= FLAT * np.abs(sides).max(axis=(1, 2)) ** 3)
+    if len(flat):
+        raise ValueError(
+            f"tets must have a volume; {len(flat)} have none, the first is tetrahedron {flat[0]}: drop them"
+        )
+    slopes = np.linalg.inv(sides).swapaxes(1, 2)  # (m, 3, 3), of the barycentric coordinates of corners 1, 2, 3
+    slopes = np.concatenate([-slopes.sum(axis=1, keepdims=True), slopes], axis=1)  # (m, 4, 3), with corner 0
+    stiffness = volumes[:, None, None] * (slopes @ slopes.swapaxes(1, 2))
+    rows, columns = np.repeat(tets, 4, axis=1).ravel(), np.tile(tets, (1, 4)).ravel()
+    L = sp.csr_array((stiffness.ravel(), (rows, columns)), (n, n))
+    if mass == "lumped":
+        return L, _diagonal(np.bincount(tets.ravel(), np.repeat(volumes / 4.0, 4)).astype(np.float64))
+    entries = volumes[:, None, None] * (1.0 + np.eye(4)) / 20.0
+    return L, sp.csr_array((entries.ravel(), (rows, columns)), (n, n))
 
 
 def _layer(points: FloatArray, faces: IntArray) -> Pair:

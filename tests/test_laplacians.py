@@ -21,6 +21,7 @@ from spectral_notes.laplacians import (
     interval_laplacian,
     mass_matrix,
     robust_mesh_laplacian,
+    tetrahedral_laplacian,
 )
 from spectral_notes.meshes import TriangleMesh
 
@@ -237,6 +238,37 @@ def test_flat_torus_has_its_closed_form_spectrum_in_the_limit():
         return abs(evals[1:9] / exact - 1).max()
 
     assert np.log2(error(8) / error(16)) > 1.9
+
+
+@settings(max_examples=25, deadline=None)
+@given(st.integers(0, 2**32 - 1), st.sampled_from([1e-6, 1.0, 1e6]), st.sampled_from(["lumped", "full"]))
+def test_laws_of_tetrahedra_however_they_lie(seed, scale, mass):
+    rng = np.random.default_rng(seed)
+    corners = rng.normal(size=(7, 3))
+    tets = np.array([[0, 1, 2, 3], [1, 2, 3, 4], [2, 3, 4, 5], [6, 0, 1, 2]])
+    volumes = abs(np.linalg.det(corners[tets[:, 1:]] - corners[tets[:, :1]])) / 6
+    assume(volumes.min() > 1e-2)
+    L, M = tetrahedral_laplacian(corners, tets, mass=mass)
+    assert M.sum() == pytest.approx(volumes.sum()) and abs(L - L.T).max() < 1e-12 * abs(L).max()
+    np.testing.assert_allclose(L @ np.ones(7), 0.0, atol=1e-12 * abs(L).max())
+    slope = rng.normal(size=3)  # the energy of a linear function is its squared slope times the volume
+    assert (corners @ slope) @ L @ (corners @ slope) == pytest.approx(slope @ slope * volumes.sum())
+    turn, order = np.linalg.qr(rng.normal(size=(3, 3)))[0], rng.permutation(7)
+    moved = scale * (corners @ turn + 5.0)[order]
+    L_moved, M_moved = tetrahedral_laplacian(moved, rng.permuted(np.argsort(order)[tets], axis=1), mass=mass)
+    np.testing.assert_allclose(L_moved.toarray(), scale * L.toarray()[order][:, order], atol=1e-9 * scale * abs(L).max())
+    np.testing.assert_allclose(M_moved.toarray(), scale**3 * M.toarray()[order][:, order], atol=1e-9 * scale**3)
+
+
+def test_tetrahedra_agree_with_libigl_up_to_sign_and_with_products_integrated():
+    vertices, tets = np.vstack([np.zeros((1, 3)), np.diag([1.0, 2.0, 3.0]), [[1.0, 2.0, 3.0]]]), [[0, 1, 2, 3], [1, 2, 3, 4]]
+    L, M = tetrahedral_laplacian(vertices, tets, mass="full")
+    np.testing.assert_allclose(L.toarray(), -igl.cotmatrix(vertices, np.array(tets)).toarray(), atol=1e-12)
+    one = tetrahedral_laplacian(vertices[:4], tets[:1], mass="full")[1]
+    x = vertices[:4, 0]  # on the first tetrahedron, of volume 1, the integral of x^2 is a^2 V / 10
+    assert x @ one @ x == pytest.approx(1.0 / 10)
+    lumped = tetrahedral_laplacian(vertices, tets)[1]
+    np.testing.assert_allclose(lumped.diagonal(), M.sum(axis=1))
 
 
 def test_robust_laplacian_survives_what_cotan_refuses(book_of_three):

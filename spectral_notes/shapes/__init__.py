@@ -32,6 +32,7 @@ from spectral_notes.shapes.voxels import (
     voxel_graph,
     voxel_shell,
     voxel_skin,
+    voxel_tetrahedra,
     voxelize,
 )
 
@@ -66,6 +67,7 @@ __all__ = [
     "voxel_shell",
     "voxel_skin",
     "voxel_graph",
+    "voxel_tetrahedra",
     "voxel_euler_characteristic",
     "DRUM_EIGENVALUES",
     "sphere_eigenvalues",

@@ -1,12 +1,13 @@
 """Solids made of equal cubes: which voxels of a grid lie inside a mesh, the skin of their faces, and their graph.
 
 A voxel grid is a picture in three dimensions, as scanners make them. Two eigenproblems live on it: that of the solid,
-by the graph of its voxels, and that of a surface, by its skin or by a shell of voxels around the surface.
+by the graph or the tetrahedra of its voxels, and that of a surface, by its skin or by a shell of voxels around it.
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass
+from itertools import permutations
 
 import igl
 import numpy as np
@@ -214,6 +215,40 @@ def voxel_graph(grid: VoxelGrid) -> sp.csr_array:
     i, j = joined[(joined >= 0).all(axis=1)].T
     n = grid.n_voxels
     return sp.csr_array((np.ones(2 * len(i)), (np.r_[i, j], np.r_[j, i])), (n, n))
+
+
+def voxel_tetrahedra(grid: VoxelGrid) -> tuple[FloatArray, IntArray]:
+    """Return the solid cut into tetrahedra, six to a cube, round the diagonal that points away from the middle.
+
+    Each tetrahedron walks along three edges from the cube's corner next to the middle to the one opposite. So none of
+    them crosses a plane of symmetry of the grid, and a full cube of an even number of steps can be pushed to a ball.
+
+    Parameters
+    ----------
+    grid : VoxelGrid, the solid
+
+    Returns
+    -------
+    vertices (n, 3): the corners of the cubes; tets (6 n_voxels, 4): the corners of each tetrahedron.
+
+    Examples
+    --------
+    >>> vertices, tets = voxel_tetrahedra(VoxelGrid(np.ones((2, 1, 1), dtype=bool), (0, 0, 0), 1.0))
+    >>> len(vertices), len(tets)
+    (12, 12)
+
+    References
+    ----------
+    Kuhn, "Some combinatorial lemmas in topology" (1960).
+    """
+    cubes = np.argwhere(grid.inside)  # (n_voxels, 3)
+    outward = np.where(2 * cubes + 1 < grid.inside.shape, -1, 1)
+    corner = cubes + (outward < 0)
+    steps = np.eye(3, dtype=int)[list(permutations(range(3)))]  # (6, 3, 3): six ways to take one step along each axis
+    walks = np.pad(np.cumsum(steps, axis=1), ((0, 0), (1, 0), (0, 0)))
+    places = corner[:, None, None] + outward[:, None, None] * walks  # (n_voxels, 6, 4, 3)
+    used, tets = np.unique(places.reshape(-1, 3), axis=0, return_inverse=True)
+    return np.asarray(grid.corner + grid.step * used), tets.reshape(-1, 4)
 
 
 def voxel_euler_characteristic(grid: VoxelGrid) -> int:

@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 
 from spectral_notes.eigenbasis import compute_eigenbasis
 from spectral_notes.geometry.mesh_health import health
-from spectral_notes.laplacians import cotan_laplacian, graph_laplacian
+from spectral_notes.laplacians import cotan_laplacian, graph_laplacian, tetrahedral_laplacian
 from spectral_notes.meshes import TriangleMesh, euler_characteristic, face_normals, is_closed
 from spectral_notes.shapes import bracket, rectangle, sphere, torus
 from spectral_notes.shapes.voxels import (
@@ -19,6 +19,7 @@ from spectral_notes.shapes.voxels import (
     voxel_graph,
     voxel_shell,
     voxel_skin,
+    voxel_tetrahedra,
     voxelize,
 )
 
@@ -125,6 +126,40 @@ def test_a_shell_along_the_grid_has_the_eigenvalues_of_the_rectangle():
     n_x, n_y, n_z = np.ptp(np.argwhere(shell.inside), axis=0) + 1
     assert shell.n_voxels == n_x * n_y * n_z and n_z == 2
     np.testing.assert_allclose(basis.evals[1:], 2 - 2 * np.cos(np.pi / np.array([n_x, n_y])), rtol=1e-9)
+
+
+@settings(max_examples=20, deadline=None)
+@given(st.integers(0, 2**32 - 1), st.floats(0.1, 3.0))
+def test_tetrahedra_fill_every_solid_and_fit_face_to_face(seed, step):
+    grid = solid(np.random.default_rng(seed).random((4, 3, 2)) < 0.6, step)
+    vertices, tets = voxel_tetrahedra(grid)
+    sides = vertices[tets[:, 1:]] - vertices[tets[:, :1]]
+    np.testing.assert_allclose(abs(np.linalg.det(sides)) / 6, step**3 / 6)
+    faces = np.sort(tets[:, [[1, 2, 3], [0, 2, 3], [0, 1, 3], [0, 1, 2]]].reshape(-1, 3), axis=1)
+    _, times = np.unique(faces, axis=0, return_counts=True)
+    assert times.max() <= 2  # and the triangles that only one of them has are those of the skin
+    assert (times == 1).sum() == voxel_skin(grid).n_faces
+
+
+def test_on_cubes_the_tetrahedra_give_the_slopes_along_edges_alone():
+    vertices, tets = voxel_tetrahedra(solid(np.ones((3, 3, 4)), 0.5))
+    L = tetrahedral_laplacian(vertices, tets)[0].tocoo()
+    used = (abs(L.data) > 1e-12) & (L.coords[0] != L.coords[1])
+    np.testing.assert_allclose(np.linalg.norm(vertices[L.coords[0]] - vertices[L.coords[1]], axis=1)[used], 0.5)
+
+
+def test_a_cube_of_tetrahedra_pushed_to_a_ball_has_bessels_zeros_at_order_two():
+    zeros = np.array([2.0815759778, 3.3420936578])  # of the slope of j_1 and of j_2
+
+    def errors(n):
+        """Relative errors of the first two groups of the free ball."""
+        vertices, tets = voxel_tetrahedra(VoxelGrid(np.ones((2 * n,) * 3, dtype=bool), (-1, -1, -1), 1 / n))
+        length = np.maximum(np.linalg.norm(vertices, axis=1), 1e-15)
+        pushed = vertices * (abs(vertices).max(axis=1) / length)[:, None]
+        evals = compute_eigenbasis(*tetrahedral_laplacian(pushed, tets, mass="full"), 9).evals
+        return np.array([evals[1:4].mean(), evals[4:9].mean()]) / zeros**2 - 1
+
+    assert np.log2(errors(4) / errors(8)) == pytest.approx([2, 2], abs=0.15)
 
 
 @pytest.mark.parametrize(
