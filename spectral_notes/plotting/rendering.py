@@ -23,8 +23,8 @@ from spectral_notes.plotting.pyvista_loading import load_pyvista
 Image = NDArray[np.uint8]
 
 LABEL_COLORS = (
-    "#4477aa", "#ee6677", "#228833", "#ccbb44", "#66ccee", "#aa3377", "#bbbbbb", "#ee7733", "#009988", "#882255",
-    "#ddaa33", "#332288",
+    "#4477aa", "#ee6677", "#228833", "#ccbb44", "#66ccee", "#aa3377", "#bbbbbb", "#6a423e", "#8ff0b0", "#2391f5",
+    "#2d32b3", "#053d05",
 )
 PLAIN_COLOR = "#d9dde3"
 

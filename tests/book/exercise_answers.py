@@ -354,6 +354,7 @@ RIGHT = [
     ("ex-laplacian-4", "my_agree = np.array([1, 1, 0])"),
     ("ex-laplacian-5", "my_alike, my_gap = {'b', 'a'}, 0.1183"),
     ("ex-laplacian-6", "my_L = (-igl.cotmatrix_intrinsic(lengths, faces)).todense()\nmy_M, my_order = np.full(1120, 0.7 / 1120), 1.99"),
+    ("ex-eigenfunctions-8", "my_first_free, my_free_agree, my_always = 0.21, 'yes', 0"),
     ("ex-laplacian-7", "my_counts, my_evals = (2562.0, 5120.0), np.array([1e-13, 2.0, 2.0, 1.999, 5.99])"),
     ("ex-laplacian-8", "my_order_first, my_order_ninth = [1.51], np.float32(1.999)"),
     ("ex-laplacian-9", "my_held, my_free = np.array([1, 2, 3]), (2.0, 3.0, 4.0)"),

@@ -221,3 +221,28 @@ def test_a_colour_bar_makes_the_limits_common(square):
 def test_refusals(square, call, error, message):
     with pytest.raises(error, match=message):
         call(square)
+
+
+SIGHTS = {  # linear RGB as seen with each cone type missing: Machado, Oliveira and Fernandes (2009), severity 1
+    "all three cones": np.eye(3),
+    "no long-wave cone": [[0.152286, 1.052583, -0.204868], [0.114503, 0.786281, 0.099216], [-0.003882, -0.048116, 1.051998]],
+    "no middle-wave cone": [[0.367322, 0.860646, -0.227968], [0.280085, 0.672501, 0.047413], [-0.01182, 0.04294, 0.968881]],
+    "no short-wave cone": [[1.255528, -0.076749, -0.178779], [-0.078411, 0.930809, 0.147602], [0.004733, 0.691367, 0.303900]],
+}
+
+
+def nearest_labels(colors: list[str], seen_as: np.ndarray) -> float:
+    """Return the least CIELAB distance (1976) of two colours."""
+    rgb = np.array([[int(color[i : i + 2], 16) / 255 for i in (1, 3, 5)] for color in colors])
+    linear = np.where(rgb <= 0.04045, rgb / 12.92, ((rgb + 0.055) / 1.055) ** 2.4)
+    to_xyz = np.array([[0.4124, 0.3576, 0.1805], [0.2126, 0.7152, 0.0722], [0.0193, 0.1192, 0.9505]])
+    x, y, z = np.cbrt(np.clip(linear @ np.transpose(seen_as), 0.002, 1) @ to_xyz.T / to_xyz.sum(axis=1)).T
+    lab = np.column_stack([116 * y - 16, 500 * (x - y), 200 * (y - z)])
+    return float(np.min(np.linalg.norm(lab[:, None] - lab, axis=2) + 1e3 * np.eye(len(lab))))
+
+
+@pytest.mark.parametrize("sight", SIGHTS)
+def test_parts_can_be_told_apart_with_and_without_each_cone(sight):
+    assert nearest_labels(list(rendering.LABEL_COLORS), SIGHTS[sight]) > (25 if sight == "all three cones" else 12)
+    maroon_beside_magenta = [*rendering.LABEL_COLORS, "#882255"]
+    assert nearest_labels(maroon_beside_magenta, SIGHTS["all three cones"]) < 25
