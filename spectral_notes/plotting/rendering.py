@@ -24,7 +24,7 @@ Image = NDArray[np.uint8]
 
 LABEL_COLORS = (
     "#4477aa", "#ee6677", "#228833", "#ccbb44", "#66ccee", "#aa3377", "#bbbbbb", "#6a423e", "#8ff0b0", "#2391f5",
-    "#2d32b3", "#053d05",
+    "#2d32b3", "#8844ee",
 )
 PLAIN_COLOR = "#d9dde3"
 

@@ -197,7 +197,7 @@
   // Stops of matplotlib's RdBu_r and viridis, and the label colours of the book's stills.
   const SIGNED = ["#053061", "#2166ac", "#4393c3", "#92c5de", "#d1e5f0", "#f7f7f7", "#fddbc7", "#f4a582", "#d6604d", "#b2182b", "#67001f"];
   const POSITIVE = ["#440154", "#472d7b", "#3b528b", "#2c728e", "#21918c", "#28ae80", "#5ec962", "#addc30", "#fde725"];
-  const LABELS = ["#4477aa", "#ee6677", "#228833", "#ccbb44", "#66ccee", "#aa3377", "#bbbbbb", "#6a423e", "#8ff0b0", "#2391f5", "#2d32b3", "#053d05"];
+  const LABELS = ["#4477aa", "#ee6677", "#228833", "#ccbb44", "#66ccee", "#aa3377", "#bbbbbb", "#6a423e", "#8ff0b0", "#2391f5", "#2d32b3", "#8844ee"];
 
   const colorScale = (stops) => stops.map((color, i) => [i / (stops.length - 1), color]);
   const labelScale = () => LABELS.flatMap((color, i) => [[i / LABELS.length, color], [(i + 1) / LABELS.length, color]]);
