@@ -11,9 +11,9 @@ from sklearn.cluster import KMeans
 from threadpoolctl import threadpool_limits  # type: ignore[import-untyped]
 
 from spectral_notes._checks import FloatArray, IntArray, as_choice, as_count, as_floats, as_indices, as_symmetric
-from spectral_notes._points import farthest_points
 from spectral_notes.descriptors import first_nonzero, global_point_signature
 from spectral_notes.eigenbasis import Eigenbasis, compute_eigenbasis
+from spectral_notes.meshes import farthest_points
 
 MAX_ROUNDS = 1000  # of k-means; it stops when no label changes, after some tens
 
@@ -22,9 +22,10 @@ def spectral_embedding(basis: Eigenbasis, d: int, *, weights: str = "gps") -> Fl
     """Return the first d modes as coordinates: similar rows are samples that are well connected.
 
     weights="gps": row x is (phi_j(x) / sqrt(lambda_j)) for the first d modes with lambda_j > 0, the global point
-    signature. All zero modes are left out, so components that are not connected lie on top of each other: cluster each
-    by itself. weights="none": row x is (phi_j(x)) for the first d modes beside the constant; other zero modes stay,
-    and part the components. That is Hall's drawing of a graph, and with M = D the embedding of normalised cuts.
+    signature (Rustamov, 2007). All zero modes are left out, so components that are not connected lie on top of each
+    other: cluster each by itself. weights="none": row x is (phi_j(x)) for the first d modes beside the constant; other
+    zero modes stay, and part the components. That is Hall's drawing of a graph ("An r-dimensional quadratic placement
+    algorithm", 1970), and with M = D the embedding of normalised cuts (Shi and Malik, 2000).
 
     Parameters
     ----------
@@ -34,10 +35,14 @@ def spectral_embedding(basis: Eigenbasis, d: int, *, weights: str = "gps") -> Fl
 
     Returns
     -------
-    (n, d): defined up to a sign of each column, and a rotation of columns that share an eigenvalue; distances between
-    rows are defined up to nothing, unless d cuts through a group of equal eigenvalues. Without unit for "gps" on a
-    surface. Raises TypeError or ValueError if `d` is not an integer between 1 and the number of such modes, or
-    `weights` is neither.
+    rows : (n, d), without unit for "gps" on a surface
+        Defined up to a sign of each column, and a rotation of columns that share an eigenvalue; distances between rows
+        are defined up to nothing, unless d cuts through a group of equal eigenvalues.
+
+    Raises
+    ------
+    TypeError, ValueError
+        If the basis has fewer than d such modes, or `weights` is neither.
 
     Examples
     --------
@@ -46,11 +51,6 @@ def spectral_embedding(basis: Eigenbasis, d: int, *, weights: str = "gps") -> Fl
     >>> rows = spectral_embedding(basis, 2)
     >>> rows.shape, bool(np.allclose(rows, basis.evecs[:, 1:3] / np.sqrt(basis.evals[1:3])))
     ((50, 2), True)
-
-    References
-    ----------
-    Rustamov (2007), section 4; Hall, "An r-dimensional quadratic placement algorithm" (1970); Shi and Malik,
-    "Normalized cuts and image segmentation" (2000).
     """
     weights = as_choice("weights", weights, ("gps", "none"))
     rows = global_point_signature(basis) if weights == "gps" else _without_constant(basis)
@@ -67,29 +67,25 @@ def spectral_clusters(
 ) -> IntArray:
     """Return the cluster of each row by k-means: the same on every run, as its seeds are chosen, not drawn.
 
-    Minimises sum_x m_x |row_x - center_label(x)|^2 by Lloyd's steps from the rows that `seed_rows` chooses.
+    Minimises sum_x m_x |row_x - center_label(x)|^2 by Lloyd's steps ("Least squares quantization in PCM", 1982) from
+    the rows that `seed_rows` chooses.
 
     Parameters
     ----------
     rows : (n, d), an embedding; see `spectral_embedding`
-    n_clusters : how many clusters, 1 .. the number of different rows.
-    mass : (n,), what each sample stands for: the diagonal of M, so that the result does not depend on how densely a
-        part is sampled. Equal if not given.
+    n_clusters : how many clusters, 1 .. the number of different rows
+    mass : (n,), positive, what each sample stands for; equal by default
+        The diagonal of M, so that the result does not depend on how densely a part is sampled.
     seeding : {"farthest", "qr"}, see `seed_rows`
 
     Returns
     -------
-    (n,): labels 0 .. n_clusters - 1, each used; number i grew from seed i. Raises TypeError or ValueError if the rows
-    are not finite, a mass is not positive, there are fewer different rows than clusters, or the seeding does not apply.
+    labels : (n,), 0 .. n_clusters - 1, each used; number i grew from seed i
 
     Examples
     --------
     >>> spectral_clusters([[0.0], [0.1], [5.0], [5.2], [9.0]], 3).tolist()
     [1, 1, 2, 2, 0]
-
-    References
-    ----------
-    Lloyd, "Least squares quantization in PCM" (1982).
     """
     rows, mass = _rows_and_mass(rows, mass)
     seeds = seed_rows(rows, n_clusters, mass=mass, seeding=seeding)
@@ -101,7 +97,7 @@ def spectral_clusters(
 def cut_pieces(
     L: sp.csr_array, M: sp.csr_array, n_clusters: int, k: int | None = None, *, progress: bool = False
 ) -> IntArray:
-    """Labels of a domain in several pieces, each cut by itself in the embedding by its first k modes (share + 1).
+    """Return labels of a domain in several pieces, each cut by itself by its first k modes (its share of clusters + 1).
 
     Each piece gets one cluster; the others go where a cluster has most mass and the piece samples for one more.
     """
@@ -129,31 +125,13 @@ def seed_rows(
 ) -> IntArray:
     """Return the numbers of rows that lie far apart, to start k-means from; no chance takes part.
 
-    "farthest": the row farthest from the center of mass, then always the row farthest from all chosen ones. "qr": the
-    first pivots of a QR factorization of the transposed rows, always the row with the largest part orthogonal to all
-    chosen ones; at most d of them.
+    "farthest": the row farthest from the center of mass, then always the row farthest from all chosen ones (Gonzalez,
+    1985). "qr": the first pivots of a QR factorization of the transposed rows, always the row with the largest part
+    orthogonal to all chosen ones; at most d of them (Damle, Minden and Ying, "Simple, direct and efficient multi-way
+    spectral clustering", 2019). Of equals the first.
 
-    Parameters
-    ----------
-    rows : (n, d), an embedding
-    n_clusters : how many seeds
-    mass : (n,), mass of each row, for the center; equal if not given
-    seeding : {"farthest", "qr"}, how to choose
-
-    Returns
-    -------
-    (n_clusters,): numbers of different rows; of equals the first. Raises TypeError or ValueError as for
-    `spectral_clusters`.
-
-    Examples
-    --------
     >>> seed_rows([[0.0], [1.0], [5.0], [9.0]], 3).tolist()
     [3, 0, 2]
-
-    References
-    ----------
-    Gonzalez, "Clustering to minimize the maximum intercluster distance" (1985); Damle, Minden and Ying, "Simple, direct
-    and efficient multi-way spectral clustering" (2019).
     """
     rows, mass = _rows_and_mass(rows, mass)
     seeding = as_choice("seeding", seeding, ("farthest", "qr"))
@@ -169,28 +147,14 @@ def seed_rows(
 
 
 def eigengaps(basis: Eigenbasis) -> FloatArray:
-    """Return how far the spectrum jumps after each mode: a large entry at K - 1 speaks for K clusters.
+    """Return how far the spectrum jumps after each mode, (k - 1,): a large entry at K - 1 speaks for K clusters.
 
-    Entry K - 1 is 1 - lambda_(K-1) / lambda_K, from 0 (no jump) to 1 (K components that are not connected).
+    Entry K - 1 is 1 - lambda_(K-1) / lambda_K, from 0 (no jump, or two zeros) to 1 (K components that are not
+    connected); von Luxburg, "A tutorial on spectral clustering" (2007), section 8.3.
 
-    Parameters
-    ----------
-    basis : at least two modes
-
-    Returns
-    -------
-    (k - 1,): without unit, 0 .. 1; 0 between two zero eigenvalues. Raises ValueError if no eigenvalue differs from
-    zero.
-
-    Examples
-    --------
     >>> from spectral_notes import compute_eigenbasis, interval_laplacian
     >>> eigengaps(compute_eigenbasis(*interval_laplacian(101), k=4)).round(2).tolist()  # 1 - 0, 1 - 1/4, 1 - 4/9
     [1.0, 0.75, 0.56]
-
-    References
-    ----------
-    von Luxburg, "A tutorial on spectral clustering" (2007), section 8.3.
     """
     first = first_nonzero(basis, 1)
     gaps = np.zeros(basis.k - 1)
@@ -202,28 +166,13 @@ def eigengaps(basis: Eigenbasis) -> FloatArray:
 def normalized_cut(L: sp.csr_array, M: sp.csr_array, labels: ArrayLike) -> float:
     """Return what it costs to cut a domain into the given clusters: at least the sum of the K smallest eigenvalues.
 
-    The sum over clusters A of 1_A^T L 1_A / 1_A^T M 1_A. For a graph with M = D that is the weight of the edges that
-    leave A over the weight of all edges at A, the normalised cut; with M = I the ratio cut.
+    The sum over clusters A of 1_A^T L 1_A / 1_A^T M 1_A, in units of the eigenvalues. For a graph with M = D that is
+    the weight of the edges that leave A over the weight of all edges at A, the normalised cut; with M = I the ratio cut
+    (Shi and Malik, "Normalized cuts and image segmentation", 2000, eq. 2). The labels (n,) leave no number out.
 
-    Parameters
-    ----------
-    L, M : (n, n) sparse arrays, weak Laplacian, positive semidefinite, and mass matrix
-    labels : (n,), the cluster of each sample, 0, 1, 2, ..
-
-    Returns
-    -------
-    In units of the eigenvalues. Raises TypeError or ValueError if a matrix is not symmetric, or the labels are not one
-    whole number for each sample with none left out.
-
-    Examples
-    --------
     >>> from spectral_notes import graph_laplacian, path_graph
     >>> normalized_cut(*graph_laplacian(path_graph(4), mass="degree"), [0, 0, 1, 1])  # 1/3 + 1/3
     0.6666666666666666
-
-    References
-    ----------
-    Shi and Malik, "Normalized cuts and image segmentation" (2000), eq. 2; von Luxburg (2007), section 5.
     """
     L = as_symmetric("L", L)
     n = L.shape[0]
@@ -235,19 +184,8 @@ def normalized_cut(L: sp.csr_array, M: sp.csr_array, labels: ArrayLike) -> float
 def match_labels(labels: ArrayLike, reference: ArrayLike) -> IntArray:
     """Return the same clusters under new numbers, so that as many samples as possible agree with a reference.
 
-    The best one-to-one renumbering, by the Hungarian method.
+    The best one-to-one renumbering, by the Hungarian method; clusters without a partner take the numbers that are left.
 
-    Parameters
-    ----------
-    labels, reference : (n,), two clusterings of the same samples, 0, 1, 2, ..
-
-    Returns
-    -------
-    (n,): labels; clusters without a partner take the numbers that are left. Raises TypeError or ValueError if they are
-    not two arrays of n whole numbers from 0.
-
-    Examples
-    --------
     >>> match_labels([2, 2, 0, 1], [0, 0, 1, 2]).tolist()
     [0, 0, 1, 2]
     """

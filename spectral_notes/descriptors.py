@@ -18,18 +18,8 @@ from spectral_notes.eigenbasis import Eigenbasis
 def unit_area(basis: Eigenbasis) -> Eigenbasis:
     """Return the basis of the same shape scaled to area one: every descriptor of it is free of scale.
 
-    With A = 1^T M 1: lambda -> A lambda, phi -> sqrt(A) phi, M -> M / A.
+    With A = 1^T M 1: lambda -> A lambda, phi -> sqrt(A) phi, M -> M / A; nothing is computed again.
 
-    Parameters
-    ----------
-    basis : the modes of a surface
-
-    Returns
-    -------
-    As if computed from the scaled surface, without computing.
-
-    Examples
-    --------
     >>> from spectral_notes import compute_eigenbasis, cotan_laplacian, shapes
     >>> basis = compute_eigenbasis(*cotan_laplacian(shapes.sphere(3)), k=4)
     >>> round(float(unit_area(basis).M.sum()), 12)
@@ -44,27 +34,14 @@ def unit_area(basis: Eigenbasis) -> Eigenbasis:
 def global_point_signature(basis: Eigenbasis) -> FloatArray:
     """Return coordinates of every vertex that know neither pose nor scale: the modes over their frequency.
 
-    GPS(x)_k = phi_k(x) / sqrt(lambda_k), without the zero modes. It is defined up to a sign of each column, and a
-    rotation of columns that share an eigenvalue; distances between rows are defined up to nothing.
+    GPS(x)_k = phi_k(x) / sqrt(lambda_k), without the zero modes, so (n, k - zero modes). It is defined up to a sign of
+    each column, and a rotation of columns that share an eigenvalue; distances between rows are defined up to nothing
+    (Rustamov, "Laplace-Beltrami eigenfunctions for deformation invariant shape representation", 2007, section 4).
 
-    Parameters
-    ----------
-    basis : the modes of a surface
-
-    Returns
-    -------
-    (n, k - number of zero modes): without unit. Raises ValueError if no eigenvalue differs from zero.
-
-    Examples
-    --------
     >>> from spectral_notes import compute_eigenbasis, cotan_laplacian, shapes
     >>> basis = compute_eigenbasis(*cotan_laplacian(shapes.sphere(3)), k=9)
     >>> global_point_signature(basis).shape
     (642, 8)
-
-    References
-    ----------
-    Rustamov, "Laplace-Beltrami eigenfunctions for deformation invariant shape representation" (2007), section 4.
     """
     first = first_nonzero(basis, 1)
     return np.asarray(basis.evecs[:, first:] / np.sqrt(basis.evals[first:]))
@@ -73,28 +50,14 @@ def global_point_signature(basis: Eigenbasis) -> FloatArray:
 def shape_dna(basis: Eigenbasis, *, scale: str = "area") -> FloatArray:
     """Return the spectrum of a shape without its zeros, ascending and positive: a fingerprint of the whole shape.
 
-    lambda_k times the area, or over the first of them, or as it is, which falls by 1 / s^2 when the shape grows by s.
+    lambda_k times the area, or over the first of them, or as it is ("none"), in 1 / squared units of the vertices,
+    which falls by 1 / s^2 when the shape grows by s (Reuter, Wolter and Peinecke, "Laplace-Beltrami spectra as
+    Shape-DNA of surfaces and solids", 2006).
 
-    Parameters
-    ----------
-    basis : the modes of a surface
-    scale : {"area", "first", "none"}, what takes the scale out
-
-    Returns
-    -------
-    (k - number of zero modes,): without unit; for "none" in 1 / squared units of the vertices. Raises ValueError if the
-    scale is none of these, or no eigenvalue differs from zero.
-
-    Examples
-    --------
     >>> from spectral_notes import compute_eigenbasis, cotan_laplacian, shapes
     >>> basis = compute_eigenbasis(*cotan_laplacian(shapes.sphere(3)), k=5)
     >>> shape_dna(basis, scale="first").round(1).tolist()
     [1.0, 1.0, 1.0, 3.0]
-
-    References
-    ----------
-    Reuter, Wolter and Peinecke, "Laplace-Beltrami spectra as Shape-DNA of surfaces and solids" (2006).
     """
     scale = as_choice("scale", scale, ("area", "first", "none"))
     evals = basis.evals[first_nonzero(basis, 1) :]
@@ -102,22 +65,11 @@ def shape_dna(basis: Eigenbasis, *, scale: str = "area") -> FloatArray:
 
 
 def spectral_distances(spectra: ArrayLike) -> FloatArray:
-    """Return the distance between every two spectra: the root mean square of ln(lambda_k / mu_k).
+    """Return the distance (s, s) between every two of s spectra: the root mean square of ln(lambda_k / mu_k).
 
-    The logarithm compares each mode in percent. The plain difference would be ruled by the last ones: eigenvalues of a
-    surface grow like k.
+    The logarithm compares each mode in percent: 0.01 means eigenvalues that differ by one percent. The plain difference
+    would be ruled by the last ones, as eigenvalues of a surface grow like k.
 
-    Parameters
-    ----------
-    spectra : (s, p), one spectrum a row, positive; see `shape_dna`
-
-    Returns
-    -------
-    (s, s): symmetric, zero on the diagonal, without unit: 0.01 means eigenvalues that differ by one percent. Raises
-    TypeError or ValueError if a number is not positive.
-
-    Examples
-    --------
     >>> spectral_distances([[1.0, 4.0], [1.01, 4.04]]).round(4).tolist()
     [[0.0, 0.01], [0.01, 0.0]]
     """
@@ -129,32 +81,17 @@ def spectral_distances(spectra: ArrayLike) -> FloatArray:
 
 
 def heat_kernel_signature(basis: Eigenbasis, times: ArrayLike) -> FloatArray:
-    """Return how much heat of a drop is still where it fell, at each vertex and time: positive, falling with time.
+    """Return how much heat of a drop is still where it fell, (n, p) for p times: positive, falling with time.
 
-    HKS(x, t) = sum_k exp(-lambda_k t) phi_k(x)^2. Scaled by s: HKS_s(x, s^2 t) = HKS(x, t) / s^2.
+    HKS(x, t) = sum_k exp(-lambda_k t) phi_k(x)^2, in 1 / squared units of the vertices, t in squared units; it tends to
+    1 / area. Scaled by s: HKS_s(x, s^2 t) = HKS(x, t) / s^2. `signature_times` chooses times (Sun, Ovsjanikov and
+    Guibas, "A concise and provably informative multi-scale signature based on heat diffusion", 2009, eq. 4).
 
-    Parameters
-    ----------
-    basis : the modes
-    times : (p,), times, positive, in squared units of the vertices; `signature_times` chooses them
-
-    Returns
-    -------
-    (n, p): pointwise, in 1 / squared units of the vertices; tends to 1 / area at long times. Raises TypeError or
-    ValueError if a time is not a positive number.
-
-    Examples
-    --------
     >>> from spectral_notes import compute_eigenbasis, cotan_laplacian, shapes
     >>> basis = compute_eigenbasis(*cotan_laplacian(shapes.sphere(3)), k=30)
     >>> hks = heat_kernel_signature(basis, [60.0])
     >>> bool(np.allclose(hks, 1.0 / basis.M.sum()))  # long times: 1 / area
     True
-
-    References
-    ----------
-    Sun, Ovsjanikov and Guibas, "A concise and provably informative multi-scale signature based on heat diffusion"
-    (2009), eq. 4.
     """
     times = as_floats("times", times, ("p",))
     if (times <= 0.0).any():
@@ -165,29 +102,14 @@ def heat_kernel_signature(basis: Eigenbasis, times: ArrayLike) -> FloatArray:
 def signature_times(basis: Eigenbasis, n_times: int = 16) -> FloatArray:
     """Return times for `heat_kernel_signature`, ascending and evenly spaced in their logarithm.
 
-    From 4 ln 10 / lambda_max, when the last mode counts 1e-4, to 4 ln 10 / lambda_1, when the first does.
+    From 4 ln 10 / lambda_max, when the last mode counts 1e-4, to 4 ln 10 / lambda_1, when the first does (Sun,
+    Ovsjanikov and Guibas, 2009, section 5).
 
-    Parameters
-    ----------
-    basis : the modes
-    n_times : how many, at least 2
-
-    Returns
-    -------
-    (n_times,): in squared units of the vertices. Raises TypeError or ValueError if n_times is below 2, or fewer than
-    two eigenvalues differ from zero.
-
-    Examples
-    --------
     >>> from spectral_notes import compute_eigenbasis, interval_laplacian
     >>> basis = compute_eigenbasis(*interval_laplacian(101), k=11)
     >>> times = signature_times(basis, 3)
     >>> (times[2] / times[0]).round(1).item()  # lambda_10 / lambda_1, nearly 10^2
     99.2
-
-    References
-    ----------
-    Sun, Ovsjanikov and Guibas (2009), section 5.
     """
     n_times, evals = as_count("n_times", n_times, 2), basis.evals[first_nonzero(basis, 2) :]
     span = 4.0 * np.log(10.0)
@@ -195,34 +117,17 @@ def signature_times(basis: Eigenbasis, n_times: int = 16) -> FloatArray:
 
 
 def wave_kernel_signature(basis: Eigenbasis, energies: ArrayLike, width: float) -> FloatArray:
-    """Return how likely a quantum particle of about a given energy is found at each vertex, averaged over time.
+    """Return how likely a quantum particle of about a given energy is found at each vertex, (n, p) for p energies.
 
     WKS(x, e) = sum_k g_k(e) phi_k(x)^2 / sum_k g_k(e), g_k(e) = exp(-(e - ln lambda_k)^2 / (2 width^2)), without the
-    zero modes. Scaled by s: WKS_s(x, e - 2 ln s) = WKS(x, e) / s^2.
+    zero modes; each column integrates to one. Scaled by s: WKS_s(x, e - 2 ln s) = WKS(x, e) / s^2. `signature_energies`
+    chooses energies and width (Aubry, Schlickewei and Cremers, "The wave kernel signature", 2011, section 3).
 
-    Parameters
-    ----------
-    basis : the modes
-    energies : (p,) array_like, p >= 2, logarithms of eigenvalues, ascending; `signature_energies` chooses them, and the
-        width
-    width : standard deviation in e, above 0
-
-    Returns
-    -------
-    (n, p): pointwise, in 1 / squared units of the vertices; each column integrates to one. Raises TypeError or
-    ValueError if energies do not increase, the width is not positive, or fewer than two eigenvalues differ from zero.
-
-    Examples
-    --------
     >>> from spectral_notes import compute_eigenbasis, cotan_laplacian, shapes
     >>> basis = compute_eigenbasis(*cotan_laplacian(shapes.egg(3)), k=40)
     >>> wks = wave_kernel_signature(basis, *signature_energies(basis, 8))
     >>> (basis.M @ wks).sum(axis=0).round(12).tolist()
     [1.0, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0]
-
-    References
-    ----------
-    Aubry, Schlickewei and Cremers, "The wave kernel signature" (2011), section 3.
     """
     energies, width = as_increasing("energies", energies), as_number("width", width, above=0.0)
     first = first_nonzero(basis, 2)
@@ -233,22 +138,10 @@ def wave_kernel_signature(basis: Eigenbasis, energies: ArrayLike, width: float) 
 
 
 def signature_energies(basis: Eigenbasis, n_energies: int = 100) -> tuple[FloatArray, float]:
-    """Return energies and a width for `wave_kernel_signature`: evenly spaced, two widths inside the spectrum's ends.
+    """Return energies, logarithms of eigenvalues, and a width for `wave_kernel_signature`.
 
-    The width is seven steps between energies.
+    The energies are evenly spaced, two widths inside the spectrum's ends; a width is seven steps between them.
 
-    Parameters
-    ----------
-    basis : the modes
-    n_energies : how many, at least 2
-
-    Returns
-    -------
-    energies (n_energies,): logarithms of eigenvalues; width: in the same unit. Raises TypeError or ValueError if
-    n_energies is below 2, or fewer than two eigenvalues differ from zero.
-
-    Examples
-    --------
     >>> from spectral_notes import compute_eigenbasis, interval_laplacian
     >>> basis = compute_eigenbasis(*interval_laplacian(101), k=20)
     >>> energies, width = signature_energies(basis, 50)
@@ -262,24 +155,9 @@ def signature_energies(basis: Eigenbasis, n_energies: int = 100) -> tuple[FloatA
 
 
 def first_nonzero(basis: Eigenbasis, n_wanted: int) -> int:
-    """Return how many zero modes a basis has, and refuse one without enough modes beyond them.
+    """Return how many zero modes a basis has, and refuse one without `n_wanted` modes beyond them.
 
     The basis knows: one zero mode a connected component. A weak link between parts makes a small eigenvalue, no zero.
-
-    Parameters
-    ----------
-    basis : the modes
-    n_wanted : how many nonzero ones are needed
-
-    Returns
-    -------
-    The number of zero modes. Raises ValueError if fewer than `n_wanted` modes follow the zero modes.
-
-    Examples
-    --------
-    >>> from spectral_notes import compute_eigenbasis, interval_laplacian
-    >>> first_nonzero(compute_eigenbasis(*interval_laplacian(11), k=3), 2)
-    1
     """
     first = basis.n_zero
     assert first is not None

@@ -24,33 +24,16 @@ ComplexArray = NDArray[np.complex128]
 
 
 def filter_signal(basis: Eigenbasis, f: ArrayLike, gains: ArrayLike, *, beyond: float = 0.0) -> FloatArray:
-    """Return the signal whose k-th coefficient has been multiplied by the k-th gain.
+    """Return the signal (n,) or (n, d) whose k-th coefficient has been multiplied by the k-th gain.
 
-    Phi g(Lambda) Phi^T M f + beyond (f - Phi Phi^T M f).
+    Phi g(Lambda) Phi^T M f + beyond (f - Phi Phi^T M f): `beyond` is the gain of what the basis does not hold, 0 drops
+    it, 1 keeps it (Vallet and Levy, "Spectral geometry processing with manifold harmonics", 2008, section 4).
 
-    Parameters
-    ----------
-    basis : the modes
-    f : (n,) or (n, d), the signal, pointwise; the three coordinates of a mesh's vertices are one with d = 3
-    gains : (k,), one factor a mode, mostly a function of `basis.evals`
-    beyond : gain of what the basis does not hold: 0 drops it, 1 keeps it
-
-    Returns
-    -------
-    ndarray, shape of f: the filtered signal, pointwise. Raises TypeError or ValueError if shapes do not fit or numbers
-    are not finite.
-
-    Examples
-    --------
     >>> from spectral_notes import compute_eigenbasis, interval_laplacian
     >>> basis = compute_eigenbasis(*interval_laplacian(21), k=21)
     >>> ramp = np.linspace(0.0, 1.0, 21)
     >>> filter_signal(basis, ramp, basis.evals < 1.0)[:2].round(12).tolist()  # only the constant passes: the mean
     [0.5, 0.5]
-
-    References
-    ----------
-    Vallet and Levy, "Spectral geometry processing with manifold harmonics" (2008), section 4.
     """
     signal = as_signal("f", f, basis.n)
     gains = as_floats("gains", gains, (basis.k,))
@@ -59,20 +42,8 @@ def filter_signal(basis: Eigenbasis, f: ArrayLike, gains: ArrayLike, *, beyond: 
 
 
 def point_source(M: sp.csr_array, vertex: int) -> FloatArray:
-    """Return one unit of heat, gathered at one vertex: a density that is zero elsewhere and integrates to one.
+    """Return one unit of heat at one vertex: a density, in 1 / units of M, zero elsewhere, that integrates to one.
 
-    Parameters
-    ----------
-    M : (n, n) sparse, mass matrix, lumped or full
-    vertex : where, 0 .. n - 1.
-
-    Returns
-    -------
-    (n,): pointwise, in 1 / squared units of the vertices. Raises TypeError or ValueError if M is not symmetric or there
-    is no such vertex.
-
-    Examples
-    --------
     >>> from spectral_notes import interval_laplacian
     >>> point_source(interval_laplacian(5)[1], 2).tolist()  # a vertex stands for a length of 1/4
     [0.0, 0.0, 4.0, 0.0, 0.0]
@@ -85,23 +56,11 @@ def point_source(M: sp.csr_array, vertex: int) -> FloatArray:
 
 
 def heat(basis: Eigenbasis, f: ArrayLike, t: float) -> FloatArray:
-    """Return the temperature at time t of a domain that starts at temperature f: every coefficient decays.
+    """Return the temperature at time t >= 0 of a domain that starts at temperature f: every coefficient decays.
 
     u(t) = Phi exp(-Lambda t) Phi^T M f solves du/dt = Laplacian u with conductivity one; nothing leaves the domain.
+    Time is in squared units of the vertices. With k modes the answer misses what is smaller than exp(-lambda_k t) of f.
 
-    Parameters
-    ----------
-    basis : the modes. With k of them the answer misses what is smaller than exp(-lambda_k t) of f.
-    f : (n,) or (n, d), temperature at time zero, pointwise
-    t : time, at least 0, in squared units of the vertices
-
-    Returns
-    -------
-    ndarray, shape of f: temperature at time t, pointwise. Raises TypeError or ValueError if f does not fit the basis or
-    t is negative.
-
-    Examples
-    --------
     >>> from spectral_notes import compute_eigenbasis, interval_laplacian
     >>> basis = compute_eigenbasis(*interval_laplacian(51), k=51)
     >>> u = heat(basis, np.arange(51) < 10, 5.0)
@@ -112,25 +71,11 @@ def heat(basis: Eigenbasis, f: ArrayLike, t: float) -> FloatArray:
 
 
 def wave(basis: Eigenbasis, f: ArrayLike, t: float, velocity: ArrayLike | None = None) -> FloatArray:
-    """Return the height at time t of a wave that starts at height f: every coefficient swings, none decays.
+    """Return the height at time t of a wave that starts at height f, at rest by default: every coefficient swings.
 
     u(t) = Phi (cos(w t) a + sin(w t) / w b) with w = sqrt(lambda), a and b the coefficients of f and of the velocity;
     it solves d2u/dt2 = Laplacian u, whose fronts move at speed one. For w = 0 the second term is t b.
 
-    Parameters
-    ----------
-    basis : the modes
-    f : (n,) or (n, d), height at time zero, pointwise
-    t : time, of either sign, in units of the vertices
-    velocity : array_like, shape of f, velocity at time zero; at rest by default
-
-    Returns
-    -------
-    ndarray, shape of f: height at time t, pointwise. Raises TypeError or ValueError if f or the velocity does not fit
-    the basis, or t is not a finite number.
-
-    Examples
-    --------
     >>> from spectral_notes import compute_eigenbasis, interval_laplacian
     >>> basis = compute_eigenbasis(*interval_laplacian(51), k=51)
     >>> u = wave(basis, np.zeros(51), 0.25, velocity=np.ones(51))
@@ -151,19 +96,6 @@ def schroedinger(basis: Eigenbasis, f: ArrayLike, t: float) -> ComplexArray:
 
     psi(t) = Phi exp(-i Lambda t / 2) Phi^T M f solves i dpsi/dt = -1/2 Laplacian psi; the probability psi* M psi stays.
 
-    Parameters
-    ----------
-    basis : the modes
-    f : (n,) or (n, d) array_like of real or complex numbers, state at time zero, pointwise
-    t : time, of either sign, in squared units of the vertices
-
-    Returns
-    -------
-    ndarray of complex128, shape of f: state at time t, pointwise; `abs(psi) ** 2` is a probability density. Raises
-    TypeError or ValueError if f does not fit the basis or t is not a finite number.
-
-    Examples
-    --------
     >>> from spectral_notes import compute_eigenbasis, interval_laplacian
     >>> basis = compute_eigenbasis(*interval_laplacian(51), k=51)
     >>> psi = schroedinger(basis, basis.evecs[:, 1], 0.3)
@@ -189,22 +121,8 @@ def _nonnegative(basis: Eigenbasis) -> FloatArray:
 def explicit_steps(L: sp.csr_array, M: sp.csr_array, f: ArrayLike, step: float, n_steps: int = 1) -> FloatArray:
     """Return f after explicit heat steps: cheap, and unstable when step is above 2 / largest eigenvalue.
 
-    u <- u - step M^-1 L u, which multiplies mode lambda by (1 - step lambda)^n_steps.
+    u <- u - step M^-1 L u, with a lumped M, multiplies mode lambda by (1 - step lambda)^n_steps; `stable_step` is safe.
 
-    Parameters
-    ----------
-    L, M : (n, n) sparse, Laplacian (positive semidefinite) and lumped mass matrix
-    f : (n,) or (n, d), the signal, pointwise
-    step : time step, above 0; `stable_step` is always safe
-    n_steps : how many, at least 1
-
-    Returns
-    -------
-    ndarray, shape of f: the smoothed signal, pointwise. Raises TypeError or ValueError if shapes do not fit, M is not
-    diagonal, or the step is not positive.
-
-    Examples
-    --------
     >>> from spectral_notes import interval_laplacian
     >>> L, M = interval_laplacian(5)
     >>> explicit_steps(L, M, [0.0, 0, 1, 0, 0], step=0.02).round(12).tolist()
@@ -218,32 +136,15 @@ def taubin_steps(
 ) -> FloatArray:
     """Return f after pairs of a shrinking and a slightly larger inflating step: a low-pass of gain one at pass_band.
 
-    u <- (I + inflate M^-1 L) (I - step M^-1 L) u with 1 / step - 1 / inflate = pass_band, which multiplies mode lambda
-    by ((1 - step lambda) (1 + inflate lambda))^n_steps: one at 0 and at pass_band, a little more between.
+    u <- (I + inflate M^-1 L) (I - step M^-1 L) u with 1 / step - 1 / inflate = pass_band, and a lumped M, multiplies
+    mode lambda by ((1 - step lambda) (1 + inflate lambda))^n_steps: one at 0 and at pass_band, a little more between,
+    less above. `stable_step` is about the most that stays stable (Taubin, "A signal processing approach to fair surface
+    design", 1995, section 3).
 
-    Parameters
-    ----------
-    L, M : (n, n) sparse, Laplacian (positive semidefinite) and lumped mass matrix
-    f : (n,) or (n, d), the signal, pointwise
-    step : the shrinking time step, above 0 and below 1 / pass_band; `stable_step` is about the most that stays stable
-    n_steps : how many pairs, at least 1
-    pass_band : the eigenvalue above which modes are damped, greater than 0
-
-    Returns
-    -------
-    ndarray, shape of f: the smoothed signal, pointwise. Raises TypeError or ValueError if shapes do not fit, M is not
-    diagonal, or step and pass_band do not allow a positive inflating step.
-
-    Examples
-    --------
     >>> from spectral_notes import interval_laplacian
     >>> L, M = interval_laplacian(5)
     >>> taubin_steps(L, M, [1.0, 1, 1, 1, 1], step=0.02, n_steps=9, pass_band=5.0).round(12).tolist()
     [1.0, 1.0, 1.0, 1.0, 1.0]
-
-    References
-    ----------
-    Taubin, "A signal processing approach to fair surface design" (1995), section 3.
     """
     step = as_number("step", step, above=0.0)
     pass_band = as_number("pass_band", pass_band, above=0.0)
@@ -256,32 +157,14 @@ def taubin_steps(
 def implicit_steps(L: sp.csr_array, M: sp.csr_array, f: ArrayLike, step: float, n_steps: int = 1) -> FloatArray:
     """Return f after implicit (backward Euler) heat steps: one factorization, and stable for every step.
 
-    (M + step L) u_new = M u, which multiplies mode lambda by (1 + step lambda)^-n_steps.
+    (M + step L) u_new = M u multiplies mode lambda by (1 + step lambda)^-n_steps (Desbrun, Meyer, Schroeder and Barr,
+    "Implicit fairing of irregular meshes using diffusion and curvature flow", 1999).
 
-    Parameters
-    ----------
-    L, M : (n, n) sparse, Laplacian (positive semidefinite) and mass matrix, lumped or full
-    f : (n,) or (n, d), the signal, pointwise
-    step : time step, above 0
-    n_steps : how many, at least 1
-
-    Returns
-    -------
-    ndarray, shape of f: the smoothed signal, pointwise. Raises TypeError or ValueError if shapes do not fit or the step
-    is not positive.
-
-    Examples
-    --------
     >>> from spectral_notes import interval_laplacian
     >>> L, M = interval_laplacian(5)
     >>> u = implicit_steps(L, M, [0.0, 0, 1, 0, 0], step=100.0)
     >>> u.round(2).tolist()  # one long step: nearly the mean, and nothing explodes
     [0.25, 0.25, 0.25, 0.25, 0.25]
-
-    References
-    ----------
-    Desbrun, Meyer, Schroeder and Barr, "Implicit fairing of irregular meshes using diffusion and curvature flow"
-    (1999).
     """
     L = as_symmetric("L", L)
     u = as_signal("f", f, L.shape[0])
@@ -297,17 +180,6 @@ def stable_step(L: sp.csr_array, M: sp.csr_array) -> float:
 
     The bound is Gershgorin's, the largest sum of |entries| in a row of M^-1 L. It is at most about twice too large.
 
-    Parameters
-    ----------
-    L, M : (n, n) sparse, Laplacian and lumped mass matrix
-
-    Returns
-    -------
-    In units of time; an explicit step may be up to twice as long. Raises TypeError or ValueError if shapes do not fit
-    or M is not diagonal.
-
-    Examples
-    --------
     >>> from spectral_notes import interval_laplacian
     >>> stable_step(*interval_laplacian(5))  # h^2 / 4 with h = 1/4
     0.015625
@@ -322,42 +194,17 @@ def chebyshev_filter(
 ) -> FloatArray:
     """Return g(M^-1 L) f without any mode: the response g as a Chebyshev polynomial, one product with L a degree.
 
-    u = sum_k a_k T_k(2 M^-1 L / b - I) f, with b Gershgorin's bound of the eigenvalues and a_k the coefficients of the
-    polynomial that equals g at the degree + 1 Chebyshev points of [0, b]. The error is at most the largest distance of
-    the two on [0, b], times the norm of f. It falls faster than any power for a smooth g, and hardly for a jump.
+    u = sum_k a_k T_k(2 M^-1 L / b - I) f, with b Gershgorin's bound of the eigenvalues, M lumped, and a_k the
+    coefficients of the polynomial that equals g at the degree + 1 Chebyshev points of [0, b]. The error is at most the
+    largest distance of the two on [0, b], times the norm of f. It falls faster than any power for a smooth g, and
+    hardly for a jump. The degree says how many edges far a value is felt; for heat take some 3 sqrt(t b) (Hammond,
+    Vandergheynst and Gribonval, "Wavelets on graphs via spectral graph theory", 2011, section 6).
 
-    Parameters
-    ----------
-    L, M : sparse array, shape (n, n)
-        Laplacian (positive semidefinite) and lumped mass matrix; of a graph, a mesh, a cloud.
-    f : array_like, shape (n,) or (n, d)
-        The signal, pointwise.
-    response : callable
-        The gain as a function of an array of eigenvalues, an array of the same shape.
-    degree : int
-        Degree of the polynomial, at least 0: how many edges far a value is felt. For heat, some 3 sqrt(t b).
-
-    Returns
-    -------
-    ndarray, shape of f
-        The filtered signal, pointwise.
-
-    Raises
-    ------
-    TypeError, ValueError
-        If shapes do not fit, M is not diagonal, or the response is no function or not finite on [0, b].
-
-    Examples
-    --------
     >>> from spectral_notes import graph_laplacian, path_graph
     >>> L, M = graph_laplacian(path_graph(5))
     >>> u = chebyshev_filter(L, M, [0.0, 0, 1, 0, 0], lambda evals: 1 - evals / 4, degree=1)
     >>> u.round(12).tolist()  # one step of heat
     [0.0, 0.25, 0.5, 0.25, 0.0]
-
-    References
-    ----------
-    Hammond, Vandergheynst and Gribonval, "Wavelets on graphs via spectral graph theory" (2011), section 6.
     """
     L = as_symmetric("L", L)
     masses = _lumped(M, L.shape[0])
@@ -379,20 +226,8 @@ def chebyshev_filter(
 
 
 def enclosed_volume(mesh: TriangleMesh) -> float:
-    """Return the volume inside a closed mesh, positive when its normals point outwards.
+    """Return the volume inside a closed mesh, positive when its normals point outwards: the sum of det(p, q, r) / 6.
 
-    The sum over the faces of det(p, q, r) / 6: tetrahedra with the origin as their fourth corner.
-
-    Parameters
-    ----------
-    mesh : a closed mesh, oriented
-
-    Returns
-    -------
-    In cubic units of the vertices. Raises ValueError if the mesh has a boundary.
-
-    Examples
-    --------
     >>> corner = [[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1]]
     >>> round(enclosed_volume(TriangleMesh(corner, [[0, 2, 1], [0, 1, 3], [0, 3, 2], [1, 2, 3]])), 12)  # 1/6
     0.166666666667
@@ -405,18 +240,6 @@ def enclosed_volume(mesh: TriangleMesh) -> float:
 def restore_volume(mesh: TriangleMesh, volume: float) -> TriangleMesh:
     """Return the mesh scaled about the mean of its vertices until it encloses the given volume: the cure for shrinkage.
 
-    Parameters
-    ----------
-    mesh : a closed mesh with normals outwards
-    volume : the volume wanted, above 0
-
-    Returns
-    -------
-    The same faces and name, vertices scaled. Raises TypeError or ValueError if the mesh has a boundary or encloses no
-    positive volume, or `volume` is not positive.
-
-    Examples
-    --------
     >>> from spectral_notes.shapes import sphere
     >>> round(enclosed_volume(restore_volume(sphere(2), 5.0)), 12)
     5.0

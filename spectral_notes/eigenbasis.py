@@ -30,18 +30,14 @@ class Eigenbasis:
 
     Parameters
     ----------
-    evals : (k,) array
-        Eigenvalues in ascending order; 1 / length^2 for a Laplacian.
-    evecs : (n, k) array
-        One mode a column; pointwise values.
-    M : (n, n) sparse array
-        The mass matrix, symmetric positive definite.
-    residuals : (k,) array, optional
-        |L phi - lambda M phi| of each mode, in the norm of the inverse of M's diagonal, so in units of the eigenvalues;
-        NaN where nobody measured it.
-    n_zero : int, optional
-        How many of the first modes are zero modes: one for each connected component, for a Laplacian without held
-        ends. Where nobody says it, eigenvalues up to 1e-9 of the last one count.
+    evals : (k,), eigenvalues in ascending order; 1 / length^2 for a Laplacian
+    evecs : (n, k), one mode a column; pointwise values
+    M : (n, n) sparse, the mass matrix, symmetric positive definite
+    residuals : (k,), |L phi - lambda M phi| of each mode in units of the eigenvalues; NaN where nobody measured it
+        The norm is that of the inverse of M's diagonal.
+    n_zero : how many of the first modes are zero modes
+        One for each connected component, for a Laplacian without held ends. Where nobody says it, eigenvalues up to
+        1e-9 of the last one count.
 
     Examples
     --------
@@ -78,48 +74,16 @@ class Eigenbasis:
         return int(self.evecs.shape[0])
 
     def analyze(self, f: ArrayLike) -> FloatArray:
-        """Return the coefficients of a signal: its inner products with the modes.
-
-        c = Phi^T M f.
-
-        Parameters
-        ----------
-        f : (n,) or (n, d) array, a signal, or d signals side by side; pointwise values
-
-        Returns
-        -------
-        (k,) or (k, d) array: the coefficients. Raises ValueError if `f` does not have n rows, or is not finite.
-        """
+        """Return the coefficients c = Phi^T M f, (k,) or (k, d), of a signal f (n,) or of d side by side, pointwise."""
         signal = as_signal("f", f, self.n)
         return np.asarray(self.evecs.T @ (self.M @ signal))
 
     def synthesize(self, c: ArrayLike) -> FloatArray:
-        """Return the signal that has the given coefficients: a sum of modes.
-
-        f = Phi c.  After `analyze` it is the best approximation of a signal by k modes.
-
-        Parameters
-        ----------
-        c : (k,) or (k, d) array, coefficients, one a mode
-
-        Returns
-        -------
-        (n,) or (n, d) array: the signal; pointwise values. Raises ValueError if `c` does not have k rows, or is not
-        finite.
-        """
+        """Return the signal f = Phi c, pointwise; after `analyze` it is the best approximation by k modes."""
         return np.asarray(self.evecs @ as_signal("c", c, self.k))
 
     def truncate(self, k: int) -> Eigenbasis:
-        """Return the basis of the first k modes.
-
-        Parameters
-        ----------
-        k : how many modes to keep, 1 .. the number there are.
-
-        Returns
-        -------
-        The same modes, fewer of them. Raises ValueError if `k` is not between 1 and the number of modes.
-        """
+        """Return the basis of the first k modes."""
         k = as_count("k", k, 1, self.k)
         assert self.residuals is not None
         assert self.n_zero is not None
@@ -127,10 +91,7 @@ class Eigenbasis:
         return _fill(object.__new__(Eigenbasis), evals, evecs, self.M, self.residuals[:k], min(self.n_zero, k))
 
     def orthonormality_error(self) -> float:
-        """Return the largest entry of |Phi^T M Phi - I|: zero to rounding after `compute_eigenbasis`.
-
-        Returns a number without unit.
-        """
+        """Return the largest entry of |Phi^T M Phi - I|: zero to rounding after `compute_eigenbasis`."""
         return float(abs(self.evecs.T @ (self.M @ self.evecs) - np.eye(self.k)).max())
 
 
@@ -141,41 +102,40 @@ def compute_eigenbasis(
     """Compute the k smallest eigenpairs of L phi = lambda M phi, ascending, with L positive semidefinite.
 
     The columns are orthonormal in M, and in each one the entry of largest magnitude is positive. Every connected
-    component on which L annihilates the constants brings one eigenvalue that is exactly zero.
+    component on which L annihilates the constants brings one eigenvalue that is exactly zero (shift and inverse as in
+    Vallet and Lévy, "Spectral geometry processing with manifold harmonics", 2008).
 
     Parameters
     ----------
-    L : (n, n) sparse array, the weak Laplacian, symmetric positive semidefinite
-    M : (n, n) sparse array, the mass matrix, symmetric positive definite; lumped (diagonal) or full
-    k : how many modes, 1 .. n.
-    seed : seed of the random start vectors. The result does not depend on it to the digits that have converged.
+    L : (n, n) sparse, the weak Laplacian, symmetric positive semidefinite
+    M : (n, n) sparse, the mass matrix, symmetric positive definite; lumped (diagonal) or full
+    k : how many modes, 1 .. n
+    seed : of the random start vectors; converged digits do not depend on it
     tol : residual, relative to the eigenvalue, at which a mode has converged
     certify : prove, by counting the signs of one more factorization, that no eigenvalue below the last was missed
     progress : show a bar
-    threads : most threads that linear algebra may use meanwhile. One is never slow; more help on a machine that is idle
-        and hurt on one that is shared, where the threads wait for each other.
-    factor : {"auto", "cholespy", "superlu"}, which library factors; see `spectral_notes.solver.factorization.factorize`
-    max_bytes : memory the basis may take before the modes are sought a band at a time; half of what is free if not
-        given
+    threads : most threads that linear algebra may use meanwhile
+        One is never slow; more help on a machine that is idle and hurt on one that is shared.
+    factor : {"auto", "cholespy", "superlu"}, which library factors
+    max_bytes : memory the basis may take before the modes are sought a band at a time; by default half of what is free
 
     Returns
     -------
-    `evals` (k,), `evecs` (n, k) pointwise, `M`, and the `residuals` (k,). Raises TypeError if a matrix is not real, or
-    k is not an integer; ValueError if a matrix is not symmetric, L not semidefinite, M not definite, or k not between 1
-    and n; MemoryError if the modes themselves would not fit into memory; ArithmeticError if the modes do not converge,
-    or the certificate finds one missing.
+    basis : evals (k,), evecs (n, k) pointwise, M, and the residuals (k,)
+
+    Raises
+    ------
+    MemoryError
+        If the modes themselves would not fit into memory.
+    ArithmeticError
+        If the modes do not converge, or the certificate finds one missing.
 
     Examples
     --------
     >>> from spectral_notes.laplacians import interval_laplacian
     >>> basis = compute_eigenbasis(*interval_laplacian(101), k=3)
-    >>> gram = basis.evecs.T @ basis.M @ basis.evecs
-    >>> bool(abs(gram - np.eye(3)).max() < 1e-12)
+    >>> bool(abs(basis.evecs.T @ basis.M @ basis.evecs - np.eye(3)).max() < 1e-12)
     True
-
-    References
-    ----------
-    Vallet and Lévy, "Spectral geometry processing with manifold harmonics" (2008), for the shift and the inverse.
     """
     L = as_symmetric("L", L)
     M = as_symmetric("M", M, L.shape[0])
@@ -209,13 +169,6 @@ def _fill(
 def fix_signs(X: FloatArray) -> None:
     """Turn columns, in place, so that the first of their entries of largest magnitude is positive.
 
-    Parameters
-    ----------
-    X : (n, k) array
-        Modes side by side.
-
-    Examples
-    --------
     >>> X = np.array([[1.0, 1.0], [-2.0, 1.0]])
     >>> fix_signs(X)
     >>> X.tolist()

@@ -24,18 +24,22 @@ def functional_map(basis_1: Eigenbasis, basis_2: Eigenbasis, p2p_21: Any) -> Flo
     """Return the matrix C_12 of a point map: column j holds the coefficients on 2 of mode j of 1, pulled back.
 
     C_12 = Phi_2^T M_2 Phi_1[p2p_21]. For a perfect isometry it is diagonal with entries of plus or minus one, but for
-    rotations of modes that share an eigenvalue.
+    rotations of modes that share an eigenvalue (Ovsjanikov et al., "Functional maps: a flexible representation of maps
+    between shapes", 2012, section 4).
 
     Parameters
     ----------
     basis_1, basis_2 : the modes of shapes 1 and 2, k1 and k2 of them; `truncate` shortens them
-    p2p_21 : (n2,) array_like of int, or sparse array, for each vertex of shape 2 a vertex of shape 1, or weights of
-        vertices of shape 1
+    p2p_21 : (n2,) int, for each vertex of shape 2 a vertex of shape 1; or sparse (n2, n1), weights of such vertices
 
     Returns
     -------
-    (k2, k1): coefficients of functions on 1 to coefficients of functions on 2. Raises TypeError or ValueError if the
-    map does not go from the vertices of 2 to those of 1.
+    C_12 : (k2, k1), coefficients of functions on 1 to coefficients of functions on 2
+
+    Raises
+    ------
+    TypeError, ValueError
+        If the map does not go from the vertices of 2 to those of 1.
 
     Examples
     --------
@@ -43,32 +47,15 @@ def functional_map(basis_1: Eigenbasis, basis_2: Eigenbasis, p2p_21: Any) -> Flo
     >>> basis = compute_eigenbasis(*cotan_laplacian(shapes.egg(3)), k=4)
     >>> functional_map(basis, basis, np.arange(basis.n)).round(6).tolist() == np.eye(4).tolist()
     True
-
-    References
-    ----------
-    Ovsjanikov et al., "Functional maps: a flexible representation of maps between shapes" (2012), section 4.
     """
     return basis_2.analyze(pull_back(p2p_21, basis_1.evecs, n_2=basis_2.n))
 
 
 def pull_back(p2p_21: Any, f_1: ArrayLike, *, n_2: int | None = None) -> FloatArray:
-    """Return a function of shape 1 as a function on shape 2: each vertex of 2 takes the value of its image.
+    """Return a function f_1 (n1,) or (n1, d) of shape 1 on shape 2: each vertex of 2 takes the value of its image.
 
     f_2 = f_1[p2p_21], or P_21 f_1, which takes values between those of the vertices. Coordinates are three functions.
 
-    Parameters
-    ----------
-    p2p_21 : (n2,) array_like of int, or sparse array, the map
-    f_1 : (n1,) or (n1, d), pointwise values on shape 1
-    n_2 : number of vertices of shape 2, to be checked where it is known
-
-    Returns
-    -------
-    (n2,) or (n2, d): pointwise values on shape 2. Raises TypeError or ValueError if the map does not lead to the
-    vertices of shape 1.
-
-    Examples
-    --------
     >>> pull_back([2, 0], [10.0, 20.0, 30.0]).tolist()
     [30.0, 10.0]
     """
@@ -87,18 +74,6 @@ def pull_back_labels(p2p_21: Any, labels_1: ArrayLike) -> IntArray:
 
     Through a precise map it is the label with the largest total weight, so that no labels are averaged.
 
-    Parameters
-    ----------
-    p2p_21 : (n2,) array_like of int, or sparse array, the map
-    labels_1 : (n1,) int, a label for each vertex of shape 1
-
-    Returns
-    -------
-    (n2,) ndarray of int64: a label for each vertex of shape 2. Raises TypeError or ValueError if the labels are no
-    integers, or the map does not lead to the vertices of shape 1.
-
-    Examples
-    --------
     >>> P_21 = sp.csr_array([[0.3, 0.3, 0.4]])
     >>> pull_back_labels(P_21, [7, 7, 2]).tolist()
     [7]
@@ -116,18 +91,6 @@ def transfer(basis_1: Eigenbasis, basis_2: Eigenbasis, C_12: ArrayLike, f_1: Arr
 
     f_2 = Phi_2 C_12 Phi_1^T M_1 f_1: smooth, for it holds only the first k1 modes of f_1.
 
-    Parameters
-    ----------
-    basis_1, basis_2 : the modes of both shapes, at least k1 and k2
-    C_12 : (k2, k1), the functional map
-    f_1 : (n1,) or (n1, d), pointwise values on shape 1
-
-    Returns
-    -------
-    (n2,) or (n2, d): pointwise values on shape 2. Raises TypeError or ValueError if the matrix does not fit the bases.
-
-    Examples
-    --------
     >>> from spectral_notes import compute_eigenbasis, cotan_laplacian, shapes
     >>> basis = compute_eigenbasis(*cotan_laplacian(shapes.egg(3)), k=4)
     >>> mirrored = transfer(basis, basis, np.diag([1.0, -1.0, 1.0, 1.0]), basis.evecs[:, 1])
@@ -144,7 +107,8 @@ def point_map(basis_1: Eigenbasis, basis_2: Eigenbasis, C_12: ArrayLike, *, side
 
     C_12 says that Phi_1[p2p_21] C_12^T = Phi_2, nearly: for each row of Phi_2 the nearest row of Phi_1 C_12^T is
     found. The adjoint side, for each row of Phi_2 C_12 the nearest row of Phi_1, is the same thing for an orthogonal
-    matrix only: where C_12 shrinks high frequencies, the searching rows shrink and land inside the cloud they search.
+    matrix only: where C_12 shrinks high frequencies, the searching rows shrink and land inside the cloud they search
+    (Ovsjanikov et al., 2012, section 6.1; Melzi et al., "ZoomOut", 2019, section 4).
 
     Parameters
     ----------
@@ -154,8 +118,12 @@ def point_map(basis_1: Eigenbasis, basis_2: Eigenbasis, C_12: ArrayLike, *, side
 
     Returns
     -------
-    (n2,) ndarray of int64: p2p_21: a vertex of 1 for each vertex of 2. Raises TypeError or ValueError if the matrix
-    does not fit the bases.
+    p2p_21 : (n2,) int, a vertex of 1 for each vertex of 2
+
+    Raises
+    ------
+    TypeError, ValueError
+        If the matrix does not fit the bases.
 
     Examples
     --------
@@ -163,10 +131,6 @@ def point_map(basis_1: Eigenbasis, basis_2: Eigenbasis, C_12: ArrayLike, *, side
     >>> basis = compute_eigenbasis(*cotan_laplacian(shapes.egg(3)), k=10)
     >>> bool((point_map(basis, basis, np.eye(10)) == np.arange(basis.n)).all())
     True
-
-    References
-    ----------
-    Ovsjanikov et al. (2012), section 6.1; Melzi et al., "ZoomOut" (2019), section 4.
     """
     return nearest_rows(*embeddings(basis_1, basis_2, C_12, side=side))
 
@@ -174,22 +138,9 @@ def point_map(basis_1: Eigenbasis, basis_2: Eigenbasis, C_12: ArrayLike, *, side
 def embeddings(
     basis_1: Eigenbasis, basis_2: Eigenbasis, C_12: ArrayLike, *, side: str = "functions"
 ) -> tuple[FloatArray, FloatArray]:
-    """Return the rows of both shapes that a functional map makes comparable: equal rows are the same point.
+    """Return rows (n1, d), (n2, d) that a functional map makes comparable: equal rows are the same point.
 
-    Parameters
-    ----------
-    basis_1, basis_2, C_12, side : as for `point_map`
-
-    Returns
-    -------
-    rows_1, rows_2 ndarray, shapes (n1, d) and (n2, d): phi_1 C_12^T area_1 / area_2 and Phi_2; or Phi_1 and Phi_2 C_12.
-
-    Examples
-    --------
-    >>> from spectral_notes import compute_eigenbasis, cotan_laplacian, shapes
-    >>> basis = compute_eigenbasis(*cotan_laplacian(shapes.egg(2)), k=5)
-    >>> [rows.shape for rows in embeddings(basis, basis, np.eye(5)[:4])]
-    [(162, 4), (162, 4)]
+    Phi_1 C_12^T area_1 / area_2 and Phi_2; or, on the adjoint side, Phi_1 and Phi_2 C_12.
     """
     C = as_functional_map(basis_1, basis_2, C_12)
     k_2, k_1 = C.shape
@@ -200,15 +151,7 @@ def embeddings(
 
 
 def size_ratio(basis_1: Eigenbasis, basis_2: Eigenbasis) -> float:
-    """Return area 1 / area 2: times C_12^T it is the inverse of C_12 where shape 2 is a scaled copy of shape 1.
-
-    Examples
-    --------
-    >>> from spectral_notes import compute_eigenbasis, interval_laplacian
-    >>> basis = compute_eigenbasis(*interval_laplacian(11), k=3)
-    >>> size_ratio(basis, basis)
-    1.0
-    """
+    """Return area 1 / area 2: times C_12^T it is the inverse of C_12 where shape 2 is a scaled copy of shape 1."""
     return float(basis_1.M.sum() / basis_2.M.sum())
 
 
@@ -217,16 +160,6 @@ def nearest_rows(rows_1: ArrayLike, rows_2: ArrayLike) -> IntArray:
 
     By blocks of one matrix product in single precision: above some ten dimensions no search tree is faster.
 
-    Parameters
-    ----------
-    rows_1, rows_2 : array_like, shapes (n1, d) and (n2, d), points
-
-    Returns
-    -------
-    (n2,) ndarray of int64: row numbers, 0 .. n1 - 1. Raises TypeError or ValueError if the rows differ in length.
-
-    Examples
-    --------
     >>> nearest_rows([[0.0, 0.0], [1.0, 1.0]], [[0.9, 0.8], [0.1, 0.0], [2.0, 2.0]]).tolist()
     [1, 0, 1]
     """
@@ -245,19 +178,6 @@ def nearest_rows(rows_1: ArrayLike, rows_2: ArrayLike) -> IntArray:
 def as_point_map(p2p_21: ArrayLike, n_1: int, n_2: int | None = None) -> IntArray:
     """Return a point map checked: one vertex of shape 1, 0 .. n1 - 1, for each of the n2 vertices of shape 2.
 
-    Parameters
-    ----------
-    p2p_21 : (n2,) int, the map
-    n_1 : number of vertices of shape 1
-    n_2 : number of vertices of shape 2, where it is known
-
-    Returns
-    -------
-    (n2,) ndarray of int64: the map. Raises TypeError or ValueError if the entries are no vertices of 1, or their number
-    is not that of the vertices of 2.
-
-    Examples
-    --------
     >>> as_point_map([0, 1, 2, 1], n_1=4, n_2=3)
     Traceback (most recent call last):
     ValueError: p2p_21 must hold a vertex of 1 for each of the 3 vertices of 2; got 4, the number of vertices of 1: it
@@ -270,25 +190,7 @@ def as_point_map(p2p_21: ArrayLike, n_1: int, n_2: int | None = None) -> IntArra
 
 
 def as_functional_map(basis_1: Eigenbasis, basis_2: Eigenbasis, C_12: ArrayLike) -> FloatArray:
-    """Return a functional map checked: a matrix (k2, k1) with no more rows and columns than the bases have modes.
-
-    Parameters
-    ----------
-    basis_1, basis_2 : the modes of both shapes
-    C_12 : (k2, k1), the matrix
-
-    Returns
-    -------
-    (k2, k1): the matrix. Raises TypeError or ValueError if it is no matrix, or too large for the bases.
-
-    Examples
-    --------
-    >>> from spectral_notes import compute_eigenbasis, cotan_laplacian, shapes
-    >>> basis = compute_eigenbasis(*cotan_laplacian(shapes.egg(2)), k=5)
-    >>> as_functional_map(basis, basis.truncate(3), np.eye(5)[:, :3])
-    Traceback (most recent call last):
-    ValueError: C_12 must have shape (k2, k1), at most (3, 5); got (5, 3): it looks like C_21. Swap the shapes, ...
-    """
+    """Return a functional map checked: a matrix (k2, k1) with no more rows and columns than the bases have modes."""
     C = as_floats("C_12", C_12, ("k2", "k1"))
     if C.shape[0] > basis_2.k or C.shape[1] > basis_1.k or not C.size:
         told = f"C_12 must have shape (k2, k1), at most ({basis_2.k}, {basis_1.k}); got {C.shape}"

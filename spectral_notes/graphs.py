@@ -27,7 +27,7 @@ def path_graph(n: int) -> sp.csr_array:
 
     Returns
     -------
-    (n, n) csr_array: symmetric, with zeros and ones.
+    W : (n, n) csr_array, symmetric, with zeros and ones
 
     Examples
     --------
@@ -49,7 +49,7 @@ def ring_graph(n: int) -> sp.csr_array:
 
     Returns
     -------
-    (n, n) csr_array: symmetric, with zeros and ones.
+    W : (n, n) csr_array, symmetric, with zeros and ones
 
     Examples
     --------
@@ -68,14 +68,17 @@ def neighbor_graph(points: ArrayLike, n_neighbors: int = 10, *, width: float | N
     Parameters
     ----------
     points : (n, d), positions in a space of any dimension
-    n_neighbors : nearest points each point chooses, 1 .. n - 1.
-    width : length at which weights fall off, in units of the points; by default the median distance of chosen
-        neighbours
+    n_neighbors : nearest points each point chooses, 1 .. n - 1
+    width : length at which weights fall off, positive; by default the median distance of chosen neighbours
 
     Returns
     -------
-    (n, n) csr_array: symmetric, without loops; positive where joined. Raises TypeError or ValueError if the points are
-    not finite, n_neighbors is out of range, or the width is not positive.
+    W : (n, n) csr_array, symmetric, without loops; positive where joined
+
+    Raises
+    ------
+    TypeError, ValueError
+        If an argument is not as described, or that median is zero.
 
     Examples
     --------
@@ -100,13 +103,17 @@ def mesh_graph(mesh: TriangleMesh, *, weights: str = "unit") -> sp.csr_array:
 
     Parameters
     ----------
-    mesh : the mesh
+    mesh : with n vertices
     weights : {"unit", "inverse_length"}, 1 for each edge, or 1 / its length
 
     Returns
     -------
-    (n, n) csr_array: symmetric, without loops. Raises TypeError or ValueError if it is no mesh, `weights` is neither,
-    or an edge has no length though weights are 1 / length.
+    W : (n, n) csr_array, symmetric, without loops
+
+    Raises
+    ------
+    TypeError, ValueError
+        If `weights` is neither, or an edge has no length though weights are 1 / length.
 
     Examples
     --------
@@ -130,14 +137,18 @@ def weights_of_networkx(graph: Any, *, weight: str = "weight") -> sp.csr_array:
 
     Parameters
     ----------
-    graph : networkx.Graph, the graph; not directed
+    graph : networkx.Graph, not directed
     weight : name of the edge attribute that holds the weight
 
     Returns
     -------
-    (n, n) csr_array: symmetric; a loop stands on the diagonal, as in networkx's adjacency matrix, and counts in the
-    degree. Raises TypeError or ValueError if it is no networkx graph, or a directed one, or a weight is not a finite
-    number.
+    W : (n, n) csr_array, symmetric
+        A loop stands on the diagonal, as in networkx's adjacency matrix, and counts in the degree.
+
+    Raises
+    ------
+    TypeError, ValueError
+        If it is no networkx graph, or a directed one, or a weight is not a finite number.
 
     Examples
     --------

@@ -13,7 +13,8 @@ from typing import Any
 import numpy as np
 import robust_laplacian
 import scipy.sparse as sp
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
+from scipy.spatial import cKDTree
 
 from spectral_notes._checks import (
     FloatArray,
@@ -27,12 +28,14 @@ from spectral_notes._checks import (
     as_number,
     as_symmetric,
 )
-from spectral_notes._points import star_triangles
 from spectral_notes.meshes import FLAT, PointCloud, TriangleMesh, as_mesh, row_norms
 
 Pair = tuple[sp.csr_array, sp.csr_array]
 
 MASSES = ("lumped", "voronoi", "full")
+BLOCK = 20_000  # points whose neighbourhoods are held at once
+FLAT_ANGLE = 1e-9  # sine of the angle at the point, below which a triangle of its star is a line
+TIE = 1e-3  # of the squared gap to the nearest point: by how much a point's own number parts four on one circle
 COPY = 10.0  # weight between copies of a point of a cloud; an edge of even triangles has 0.6
 
 
@@ -44,23 +47,21 @@ def interval_laplacian(n: int, length: float = 1.0, *, ends: str = "neumann") ->
     Parameters
     ----------
     n : number of samples, at least 3
-    length : length of the interval, or of the circle
-    ends : {"neumann", "dirichlet", "periodic"}, free ends: samples include both ends, h = length / (n - 1). Fixed ends:
-        samples are inside, h = length / (n + 1). A circle: h = length / n.
+    length : length of the interval, or of the circle, positive
+    ends : {"neumann", "dirichlet", "periodic"}
+        Free ends: samples include both, h = length / (n - 1). Fixed ends: samples are inside, h = length / (n + 1). A
+        circle: h = length / n.
 
     Returns
     -------
-    L (n, n) csr_array: weak Laplacian, in 1 / length; M (n, n) csr_array: diagonal mass, in length; it sums to the
-    length when the ends are free or joined. Raises TypeError or ValueError if n < 3, the length is not positive, or
-    `ends` is none of the three.
+    L : (n, n) csr_array, weak, in 1 / length
+    M : (n, n) csr_array, diagonal, in length; it sums to the length when the ends are free or joined
 
     Examples
     --------
     >>> L, M = interval_laplacian(3, 2.0)
-    >>> L.toarray().tolist()
-    [[1.0, -1.0, 0.0], [-1.0, 2.0, -1.0], [0.0, -1.0, 1.0]]
-    >>> M.diagonal().tolist()
-    [0.5, 1.0, 0.5]
+    >>> L.toarray().tolist(), M.diagonal().tolist()
+    ([[1.0, -1.0, 0.0], [-1.0, 2.0, -1.0], [0.0, -1.0, 1.0]], [0.5, 1.0, 0.5])
     """
     n = as_count("n", n, 3)
     length = as_number("length", length, above=0.0)
@@ -79,30 +80,30 @@ def interval_laplacian(n: int, length: float = 1.0, *, ends: str = "neumann") ->
 def graph_laplacian(W: Any, *, mass: str = "identity") -> Pair:
     """Return the positive semidefinite graph Laplacian L = D - W, where D holds the row sums of the weights W.
 
-    ``f @ L @ f`` is the sum of W[i, j] (f[i] - f[j])^2 over the edges.
+    ``f @ L @ f`` is the sum of W[i, j] (f[i] - f[j])^2 over the edges (Chung, *Spectral Graph Theory*, 1997, ch. 1).
 
     Parameters
     ----------
-    W : (n, n) sparse or dense array, symmetric edge weights, not negative; W[i, j] > 0 where i and j are joined. Its
-        diagonal cancels.
-    mass : {"identity", "degree"}, "identity" counts each vertex once. "degree" sets M = D, which turns the eigenproblem
-        into that of normalised cuts and needs every vertex to have an edge.
+    W : (n, n) sparse or dense, symmetric edge weights, not negative
+        W[i, j] > 0 where i and j are joined. Its diagonal cancels.
+    mass : {"identity", "degree"}
+        "identity" counts each vertex once. "degree" sets M = D, which makes the eigenproblem that of normalised cuts.
 
     Returns
     -------
-    L (n, n) csr_array: Laplacian, in units of the weights; M (n, n) csr_array: diagonal mass. Raises TypeError or
-    ValueError if W is not real, square, symmetric and non-negative, or a vertex has no edge though the mass is its
-    degree.
+    L : (n, n) csr_array, in units of the weights
+    M : (n, n) csr_array, diagonal
+
+    Raises
+    ------
+    TypeError, ValueError
+        If W is not as described, or a vertex has no edge though the mass is its degree.
 
     Examples
     --------
     >>> L, M = graph_laplacian([[0, 1, 0], [1, 0, 2], [0, 2, 0]])
     >>> L.toarray().tolist()
     [[1.0, -1.0, 0.0], [-1.0, 3.0, -2.0], [0.0, -2.0, 2.0]]
-
-    References
-    ----------
-    Chung, *Spectral Graph Theory* (1997), ch. 1.
     """
     W = as_symmetric("W", W)
     mass = as_choice("mass", mass, ("identity", "degree"))
@@ -120,28 +121,29 @@ def graph_laplacian(W: Any, *, mass: str = "identity") -> Pair:
 def cotan_laplacian(mesh: TriangleMesh, *, mass: str = "lumped") -> Pair:
     """Return the positive semidefinite cotangent Laplacian of a mesh: linear finite elements on its triangles.
 
-    The entry of edge ij is L[i, j] = -(cot alpha + cot beta) / 2, with the angles opposite that edge; rows sum to zero.
+    The entry of edge ij is L[i, j] = -(cot alpha + cot beta) / 2, with the angles opposite that edge; rows sum to zero
+    (Pinkall and Polthier, "Computing discrete minimal surfaces and their conjugates", 1993, eq. 8 and 9).
 
     Parameters
     ----------
-    mesh : the mesh, closed or with a boundary (whose condition is then Neumann's: nothing flows out)
+    mesh : closed, or with a boundary, whose condition is then Neumann's: nothing flows out
     mass : {"lumped", "voronoi", "full"}, see `mass_matrix`
 
     Returns
     -------
-    L (n, n) csr_array: weak Laplacian, without unit: scaling the mesh leaves it unchanged; M (n, n) csr_array: mass
-    matrix, in squared units of the vertices; its entries sum to the area. Raises ValueError if a face has no area or a
-    vertex no face (`robust_mesh_laplacian` and `clean_mesh` are the remedies).
+    L : (n, n) csr_array, weak, without unit: scaling the mesh leaves it unchanged
+    M : (n, n) csr_array, in squared units of the vertices; its entries sum to the area
+
+    Raises
+    ------
+    TypeError, ValueError
+        If a face has no area or a vertex no face (`robust_mesh_laplacian` and `clean_mesh` are the remedies).
 
     Examples
     --------
     >>> L, M = cotan_laplacian(TriangleMesh([[0, 0, 0], [1, 0, 0], [0, 1, 0]], [[0, 1, 2]]))
     >>> L.toarray().round(12).tolist()
     [[1.0, -0.5, -0.5], [-0.5, 0.5, 0.0], [-0.5, 0.0, 0.5]]
-
-    References
-    ----------
-    Pinkall and Polthier, "Computing discrete minimal surfaces and their conjugates" (1993), eq. 8 and 9.
     """
     mesh = as_mesh(mesh)
     kind = as_choice("mass", mass, MASSES)
@@ -161,17 +163,23 @@ def mass_matrix(mesh: TriangleMesh, *, kind: str = "lumped") -> sp.csr_array:
 
     Parameters
     ----------
-    mesh : the mesh
-    kind : {"lumped", "voronoi", "full"}, "full" integrates the products of hat functions exactly: area / 6 on the
-        diagonal and area / 12 off it, for each triangle; for eigenvalues that bound those of the surface from above.
-        "lumped" gives each corner a third of its triangles' areas, which is the sum of the full one's row; for
-        everything that is integrated. "voronoi" gives each corner what lies nearest to it, and in an obtuse triangle
-        half the area to the obtuse corner and a quarter to the others; for pointwise values such as curvatures.
+    mesh : every vertex with a face that has an area
+    kind : {"lumped", "voronoi", "full"}
+        "full" integrates the products of hat functions exactly: area / 6 on the diagonal and area / 12 off it, for each
+        triangle; for eigenvalues that bound those of the surface from above. "lumped" gives each corner a third of its
+        triangles' areas, the sum of the full one's row; for everything that is integrated. "voronoi" gives each corner
+        what lies nearest to it, in an obtuse triangle half the area to the obtuse corner and a quarter to the others;
+        for pointwise values such as curvatures (Meyer, Desbrun, Schroeder and Barr, "Discrete differential-geometry
+        operators", 2003, section 3.3).
 
     Returns
     -------
-    (n, n) csr_array: symmetric positive definite, in squared units of the vertices. Raises ValueError if a vertex
-    belongs to no face, or to none with an area, so that its mass would be zero.
+    M : (n, n) csr_array, symmetric positive definite, in squared units of the vertices
+
+    Raises
+    ------
+    TypeError, ValueError
+        If a vertex belongs to no face with an area, so that its mass would be zero.
 
     Examples
     --------
@@ -180,10 +188,6 @@ def mass_matrix(mesh: TriangleMesh, *, kind: str = "lumped") -> sp.csr_array:
     array([2., 1., 1.])
     >>> mass_matrix(triangle, kind="voronoi").diagonal().tolist()
     [0.25, 0.125, 0.125]
-
-    References
-    ----------
-    Meyer, Desbrun, Schroeder and Barr, "Discrete differential-geometry operators" (2003), section 3.3.
     """
     mesh = as_mesh(mesh)
     kind = as_choice("kind", kind, MASSES)
@@ -199,26 +203,27 @@ def robust_mesh_laplacian(mesh: TriangleMesh) -> Pair:
     """Return the positive semidefinite robust Laplacian of a mesh, whatever the quality of its triangles.
 
     It is the cotangent Laplacian of the intrinsic Delaunay triangulation of the mesh's double cover: its off-diagonal
-    entries are never positive, slivers do no harm, and non-manifold edges are allowed.
+    entries are never positive, slivers do no harm, and non-manifold edges are allowed (Sharp and Crane, "A Laplacian
+    for Nonmanifold Triangle Meshes", 2020).
 
     Parameters
     ----------
-    mesh : the mesh; neither manifold nor oriented need it be
+    mesh : neither manifold nor oriented need it be
 
     Returns
     -------
-    L, M (n, n) csr_array: weak Laplacian and lumped mass, in the units of `cotan_laplacian`. Raises ValueError if a
-    vertex belongs to no face (`clean_mesh` drops such vertices), or all vertices coincide.
+    L, M : (n, n) csr_array, weak Laplacian and lumped mass, in the units of `cotan_laplacian`
+
+    Raises
+    ------
+    TypeError, ValueError
+        If a vertex belongs to no face (`clean_mesh` drops such vertices), or all vertices coincide.
 
     Examples
     --------
     >>> L, M = robust_mesh_laplacian(TriangleMesh([[0, 0, 0], [1, 0, 0], [0, 1, 0]], [[0, 1, 2]]))
     >>> round(float(M.diagonal().sum()), 3)
     0.5
-
-    References
-    ----------
-    Sharp and Crane, "A Laplacian for Nonmanifold Triangle Meshes" (2020).
     """
     mesh = as_mesh(mesh)
     _refuse_lone_vertices(mesh)
@@ -232,19 +237,23 @@ def robust_cloud_laplacian(cloud: PointCloud, *, n_neighbors: int = 30) -> Pair:
     """Return the positive semidefinite robust Laplacian of a point cloud, from triangles of each point's neighbours.
 
     It is the mean of three `robust_mesh_laplacian`: of the triangles that lie in the star of at least one, two and all
-    three of their corners. Off-diagonal entries are never positive. Copies of a point share its mass, joined by edges.
+    three of their corners (Sharp and Crane, 2020, section 5.7). Off-diagonal entries are never positive. Copies of a
+    point share its mass, joined by edges.
 
     Parameters
     ----------
     cloud : points on a surface; in any unit, wherever they lie
-    n_neighbors : neighbours that give each point its tangent plane and its star, 3 .. n_points - 1; where farther ones
-        could belong to the star, twice as many are asked.
+    n_neighbors : neighbours that give each point its tangent plane and its star, 3 .. n_points - 1
+        Where farther ones could belong to the star, twice as many are asked.
 
     Returns
     -------
-    L, M (n, n) csr_array: weak Laplacian and lumped mass, in the units of `cotan_laplacian`. Raises TypeError or
-    ValueError if it is no cloud, the number of neighbours is out of range, or the neighbours of a point coincide or lie
-    on a line.
+    L, M : (n, n) csr_array, weak Laplacian and lumped mass, in the units of `cotan_laplacian`
+
+    Raises
+    ------
+    TypeError, ValueError
+        If the number of neighbours is out of range, or the neighbours of a point coincide or lie on a line.
 
     Examples
     --------
@@ -253,10 +262,6 @@ def robust_cloud_laplacian(cloud: PointCloud, *, n_neighbors: int = 30) -> Pair:
     >>> L, M = robust_cloud_laplacian(sphere)
     >>> round(float(M.sum() / (4 * np.pi)), 2)  # the area, near that of the sphere
     0.99
-
-    References
-    ----------
-    Sharp and Crane, "A Laplacian for Nonmanifold Triangle Meshes" (2020), section 5.7, whose stars these are.
     """
     cloud = as_instance("cloud", cloud, PointCloud, "PointCloud(points) makes one; for a mesh, robust_mesh_laplacian")
     n_neighbors = as_count("n_neighbors", n_neighbors, 3, cloud.n_points - 1)
@@ -266,7 +271,7 @@ def robust_cloud_laplacian(cloud: PointCloud, *, n_neighbors: int = 30) -> Pair:
     size = float(np.ptp(cloud.points, axis=0).max())
     points = (cloud.points[first] - cloud.points[first].mean(axis=0)) / size
     own = np.random.default_rng(0).random(cloud.n_points)[first]
-    faces, seen = star_triangles(points, own, min(n_neighbors, len(first) - 1))
+    faces, seen = _star_triangles(points, own, min(n_neighbors, len(first) - 1))
     lone = np.flatnonzero(np.bincount(faces.ravel(), minlength=len(first)) == 0)
     if len(lone):
         raise ValueError(
@@ -336,6 +341,83 @@ def tetrahedral_laplacian(vertices: ArrayLike, tets: ArrayLike, *, mass: str = "
         return L, _diagonal(np.bincount(tets.ravel(), np.repeat(volumes / 4.0, 4)).astype(np.float64))
     entries = volumes[:, None, None] * (1.0 + np.eye(4)) / 20.0
     return L, sp.csr_array((entries.ravel(), (rows, columns)), (n, n))
+
+
+def _star_triangles(points: FloatArray, own: FloatArray, n_neighbors: int) -> tuple[IntArray, IntArray]:
+    """The triangles of all stars of different points, each once, and how many of its corners see it, 1 to 3.
+
+    A star is a point's triangles in the Delaunay triangulation of its neighbours; where farther points could belong to
+    it, twice as many are asked. `own` holds a number 0 .. 1 a point, which decides among four points on one circle.
+    """
+    tree = cKDTree(points)
+    lifts = TIE * tree.query(points, 2)[0][:, 1] ** 2 * own  # smaller than any squared gap
+    found = []
+    for begin in range(0, len(points), BLOCK):
+        here = np.arange(begin, min(begin + BLOCK, len(points)))
+        gaps, near = tree.query(points[here], n_neighbors + 1)
+        axes = _tangents(points, near)
+        corners, sure = _stars(points, lifts, axes, gaps, near)
+        found.append(corners[sure[corners[:, 0] - begin]])
+        if not sure.all():
+            wider = tree.query(points[here[~sure]], min(2 * n_neighbors, len(points) - 1) + 1)
+            found.append(_stars(points, lifts, axes[~sure], *wider)[0])
+    triangles, seen = np.unique(np.sort(np.concatenate(found), axis=1), axis=0, return_counts=True)
+    return triangles.astype(np.int64), seen
+
+
+def _tangents(points: FloatArray, near: IntArray) -> FloatArray:
+    """Two orthonormal axes a point, shape (b, 3, 2), of the plane in which its neighbours spread most."""
+    around = points[near] - points[near[:, :1]]
+    around -= around.mean(axis=1, keepdims=True)
+    return np.asarray(np.linalg.eigh(around.transpose(0, 2, 1) @ around)[1][:, :, 1:])
+
+
+def _stars(
+    points: FloatArray, lifts: FloatArray, axes: FloatArray, gaps: FloatArray, near: IntArray
+) -> tuple[IntArray, NDArray[np.bool_]]:
+    """Triangles of each point's star among its neighbours, and whether no farther point can belong to it.
+
+    Distances are taken in space: what lies on one circle there does so for each of its points, whatever their planes.
+    """
+    around = points[near[:, 1:]] - points[near[:, :1]]  # (b, k, 3)
+    powers = (around**2).sum(axis=2) + lifts[near[:, :1]] - lifts[near[:, 1:]]
+    q = around @ axes / powers[..., None]
+    row, one, two, sure = _walk_round(q)
+    a, b = q[row, one], q[row, two]
+    diameters = np.linalg.norm(b - a, axis=1) / abs(a[:, 0] * b[:, 1] - a[:, 1] * b[:, 0])  # of circumscribed circles
+    sure[row[diameters > gaps[row, -1]]] = False
+    return np.column_stack([near[row, 0], near[row, one + 1], near[row, two + 1]]), sure
+
+
+def _walk_round(q: FloatArray) -> tuple[IntArray, IntArray, IntArray, NDArray[np.bool_]]:
+    """The Delaunay star of the origin among points p, from q = p / |p|^2: rows, and two neighbours that follow there.
+
+    A circle through the origin becomes a line, and an empty one a line with all points on one side. So the triangles at
+    the origin are the edges of the convex hull of all q and the origin that do not end there: a walk round the hull
+    (Jarvis, "On the identification of the convex hull of a finite set of points in the plane", 1973). Last comes
+    whether the walk closed; where a boundary stops it, it goes on the other way round from its start.
+    """
+    lengths = np.linalg.norm(q, axis=2)
+    start = lengths.argmax(axis=1)  # the nearest point, surely on the hull
+    closed = np.ones(len(q), dtype=bool)
+    rows = np.arange(len(q))
+    found = []
+    for turn in (1.0, -1.0):
+        at = start[rows]
+        for _ in range(q.shape[1]):
+            here = q[rows, at]
+            across = turn * (here[:, None, 0] * q[rows, :, 1] - here[:, None, 1] * q[rows, :, 0])
+            along = (q[rows] @ here[:, :, None])[..., 0] - (here**2).sum(axis=1)[:, None]
+            ahead = across > FLAT_ANGLE * lengths[rows, at][:, None] * lengths[rows]
+            following = np.where(ahead, along / np.where(ahead, across, 1.0), -np.inf).argmax(axis=1)
+            goes = ahead.any(axis=1)
+            closed[rows[~goes]] = False
+            found.append((rows[goes], at[goes], following[goes]))
+            goes &= following != start[rows]
+            rows, at = rows[goes], following[goes]
+        rows = np.flatnonzero(~closed)
+    row, one, two = (np.concatenate(column) for column in zip(*found, strict=True))
+    return row, one, two, closed
 
 
 def _layer(points: FloatArray, faces: IntArray) -> Pair:

@@ -22,13 +22,13 @@ from spectral_notes._checks import (
     as_signal,
     as_symmetric,
 )
-from spectral_notes._points import farthest_points
 from spectral_notes.meshes import (
     TriangleMesh,
     as_mesh,
     edges_with_counts,
     face_areas,
     face_normals,
+    farthest_points,
     flat_faces,
     row_norms,
 )
@@ -41,27 +41,28 @@ BALANCED = 1e-9  # share of a source that no drain balances, below which it is r
 def gradient_matrix(mesh: TriangleMesh) -> sp.csr_array:
     """Return the matrix G from values at the vertices to the gradient of their linear interpolant, one arrow a face.
 
-    On a face with unit normal N, area A and edges e_c opposite its corners c, grad f = sum_c f_c (N x e_c) / (2 A).
+    On a face with unit normal N, area A and edges e_c opposite its corners c, grad f = sum_c f_c (N x e_c) / (2 A)
+    (Botsch, Kobbelt, Pauly, Alliez and Levy, *Polygon Mesh Processing*, 2010, eq. 3.9).
 
     Parameters
     ----------
-    mesh : the mesh, with m faces and n vertices
+    mesh : m faces, all with an area, and n vertices
 
     Returns
     -------
-    (3 m, n) csr_array: in 1 / unit of the vertices. Rows 0 .. m - 1 hold the x components of all faces, then come m
-    rows of y, then m of z, as in libigl: ``arrows_of_rows(G @ f)`` is the (m, 3) array of arrows. Raises ValueError if
-    a face has no area.
+    G : (3 m, n) csr_array, in 1 / unit of the vertices
+        First the x components of all faces, then y, then z, as in libigl; ``arrows_of_rows(G @ f)`` has shape (m, 3).
+
+    Raises
+    ------
+    ValueError
+        If a face has no area.
 
     Examples
     --------
     >>> triangle = TriangleMesh([[0, 0, 0], [2, 0, 0], [0, 1, 0]], [[0, 1, 2]])
     >>> arrows_of_rows(gradient_matrix(triangle) @ [0.0, 6.0, 0.0]).tolist()
     [[3.0, 0.0, 0.0]]
-
-    References
-    ----------
-    Botsch, Kobbelt, Pauly, Alliez and Levy, *Polygon Mesh Processing* (2010), eq. 3.9.
     """
     arrows = turned_edges(mesh) / (2.0 * face_areas(mesh)[:, None, None])  # (m, corner, xyz)
     m = mesh.n_faces
@@ -109,27 +110,12 @@ def rows_of_arrows(arrows: ArrayLike) -> FloatArray:
 def spread_faces(mesh: TriangleMesh, n: int) -> IntArray:
     """Return n faces spread evenly over a mesh, by farthest-point sampling: where to draw the arrows of a field.
 
-    Each face is the one whose centre lies farthest, in space, from the centres chosen before; the first is face 0.
+    Each face is the one whose centre lies farthest, in space, from those chosen before, beginning with face 0; so the
+    first half of them is spread evenly, too.
 
-    Parameters
-    ----------
-    mesh : the mesh, with m faces
-    n : number of faces, 1 .. m.
-
-    Returns
-    -------
-    (n,) ndarray of int64: faces in the order of choice, so that the first half of them is spread evenly too. Raises
-    TypeError or ValueError if n is out of range.
-
-    Examples
-    --------
     >>> strip = TriangleMesh([[0, 0, 0], [0, 1, 0], [1, 0, 0], [1, 1, 0], [2, 0, 0]], [[0, 2, 1], [1, 2, 3], [2, 4, 3]])
     >>> spread_faces(strip, 2).tolist()
     [0, 2]
-
-    References
-    ----------
-    Gonzalez, "Clustering to minimize the maximum intercluster distance" (1985).
     """
     n = as_count("n", n, 1, mesh.n_faces)
     return farthest_points(mesh.vertices[mesh.faces].mean(axis=1), n)
@@ -142,12 +128,17 @@ def divergence_matrix(mesh: TriangleMesh) -> sp.csr_array:
 
     Parameters
     ----------
-    mesh : the mesh, with m faces and n vertices
+    mesh : m faces, all with an area, and n vertices
 
     Returns
     -------
-    (n, 3 m) csr_array: its values are integrated over each vertex's patch; divide by the lumped mass for the pointwise
-    divergence. Raises ValueError if a face has no area.
+    D : (n, 3 m) csr_array, integrated over each vertex's patch
+        Divide by the lumped mass for the pointwise divergence.
+
+    Raises
+    ------
+    ValueError
+        If a face has no area.
 
     Examples
     --------
@@ -184,12 +175,16 @@ def restrict_to(L: sp.csr_array, M: sp.csr_array, keep: ArrayLike) -> tuple[sp.c
     Parameters
     ----------
     L, M : (n, n) sparse, Laplacian and mass matrix
-    keep : (p,) int, vertices that stay free, without repetition; for a mesh, those not in `boundary_vertices`
+    keep : (p,) int, the free vertices, each once; for a mesh, those not in `boundary_vertices`
 
     Returns
     -------
-    L, M (p, p) csr_array: rows and columns of the free vertices. Raises TypeError or ValueError if an index is out of
-    range or repeated, or none is given.
+    L, M : (p, p) csr_array, rows and columns of the free vertices
+
+    Raises
+    ------
+    TypeError, ValueError
+        If a matrix is not symmetric, or `keep` is empty, repeats a vertex or names one that is not there.
 
     Examples
     --------
@@ -214,13 +209,17 @@ def boundary_mass_matrix(mesh: TriangleMesh, *, vertices: ArrayLike | None = Non
 
     Parameters
     ----------
-    mesh : the mesh, with a boundary
+    mesh : the mesh, with n vertices and a boundary
     vertices : (p,) int, take only the boundary edges with both ends among these; by default all
 
     Returns
     -------
-    (n, n) csr_array: symmetric positive semidefinite, in units of the vertices. Raises TypeError or ValueError if a
-    vertex is out of range, or no boundary edge is left.
+    B : (n, n) csr_array, symmetric positive semidefinite, in units of the vertices
+
+    Raises
+    ------
+    TypeError, ValueError
+        If a vertex is out of range, or no boundary edge is left.
 
     Examples
     --------
@@ -249,10 +248,10 @@ class PoissonSolver:
 
     Parameters
     ----------
-    L, M : (n, n) sparse, Laplacian (positive semidefinite) and mass matrix, of any kind. ``L + a *
-        boundary_mass_matrix(mesh)`` sets the Robin condition du/dn + a u = load on the boundary; L alone Neumann's.
-    fixed : (p,) int, vertices where u is prescribed: the Dirichlet condition. Without any, and with c = 0 and no Robin
-        condition, u is unique up to a constant and the domain must be connected; its mean is then zero.
+    L, M : (n, n) sparse, Laplacian (positive semidefinite) and mass matrix, of any kind
+        ``L + a * boundary_mass_matrix(mesh)`` sets the Robin condition du/dn + a u = load; L alone Neumann's.
+    fixed : (p,) int, vertices where u is prescribed: the Dirichlet condition
+        Without any, and with c = 0 and no Robin condition, u is unique up to a constant and its mean is zero.
     screening : the number c, at least 0, in the units of M^-1 L
 
     Raises
@@ -309,21 +308,14 @@ class PoissonSolver:
         values: ArrayLike | None = None,
         remove_mean: bool = False,
     ) -> FloatArray:
-        """Return the solution for one right-hand side, or for one a column.
+        """Return u, pointwise, for one right-hand side, or for one a column.
 
         Parameters
         ----------
         f : (n,) or (n, d), source, pointwise
-        load : (n,) or (n, d), source, weak: integrated over each vertex's patch. It is added to M f; a divergence or a
-            flux through the boundary is one.
+        load : (n,) or (n, d), source, weak, added to M f; a divergence or a flux through the boundary is one
         values : (p,) or (p, d), the solution at the fixed vertices; zero by default
-        remove_mean : take away the part of the source that no drain balances, where nothing ties u down; by default it
-            is refused
-
-        Returns
-        -------
-        (n,) or (n, d): pointwise; with mean zero where nothing ties it down. Raises TypeError or ValueError if a shape
-        does not fit, or a source is not balanced that has to be.
+        remove_mean : take away the part of the source that no drain balances, which is else refused
         """
         n = self.M.shape[0]
         total: FloatArray | None = None if f is None else self.M @ as_signal("f", f, n)
@@ -366,16 +358,12 @@ def solve_poisson(
     screening: float = 0.0,
     remove_mean: bool = False,
 ) -> FloatArray:
-    """Return the u of one right-hand side: what `PoissonSolver` solves, for those who ask once.
+    """Return the u (n,) or (n, d) of one right-hand side: what `PoissonSolver` solves, for those who ask once.
 
     Parameters
     ----------
     L, M, fixed, screening : see `PoissonSolver`
     f, load, values, remove_mean : see `PoissonSolver.solve`
-
-    Returns
-    -------
-    (n,) or (n, d): the solution, pointwise. Raises TypeError or ValueError as there.
 
     Examples
     --------

@@ -25,23 +25,20 @@ class TriangleMesh:
 
     Parameters
     ----------
-    vertices : (n, 3), positions, in the unit of the data; finite
-    faces : (m, 3), vertex indices, 0 .. n - 1; three different vertices a face.
+    vertices : (n, 3), positions, in the unit of the data; finite, within 1e50 of the origin
+    faces : (m, 3), vertex indices, 0 .. n - 1; three different vertices a face
     name : what the shape is called, for titles
 
     Raises
     ------
     TypeError, ValueError
-        If an array has the wrong type or shape, a coordinate is not finite or beyond 1e50, an index is out of range,
-        or a face names a vertex twice (`clean_mesh` drops such faces).
+        If an array is not as described (`clean_mesh` drops faces that name a vertex twice).
 
     Examples
     --------
     >>> triangle = TriangleMesh([[0, 0, 0], [1, 0, 0], [0, 1, 0]], [[0, 1, 2]], name="triangle")
-    >>> triangle
-    TriangleMesh('triangle', 3 vertices, 1 faces)
-    >>> float(triangle.area)
-    0.5
+    >>> triangle, float(triangle.area)
+    (TriangleMesh('triangle', 3 vertices, 1 faces), 0.5)
     """
 
     vertices: FloatArray
@@ -92,13 +89,8 @@ class PointCloud:
 
     Parameters
     ----------
-    points : (n, 3), positions, in the unit of the data; finite
+    points : (n, 3), positions, in the unit of the data; finite, within 1e50 of the origin, at least one
     name : what the cloud is called, for titles
-
-    Raises
-    ------
-    TypeError, ValueError
-        If the array has the wrong type or shape, is empty, or holds numbers that are not finite or beyond 1e50.
 
     Examples
     --------
@@ -144,17 +136,18 @@ def clean_mesh(vertices: ArrayLike, faces: ArrayLike, name: str = "") -> Triangl
 
     Vertices at the same position become one, which also sews the triangle soup of an STL file together. Then faces that
     name a vertex twice are dropped, of faces on the same three vertices the first is kept, and vertices without a face
-    go.
+    go; the order of what stays is kept.
 
     Parameters
     ----------
     vertices : (n, 3), positions
-    faces : (m, 3), vertex indices, 0 .. n - 1.
+    faces : (m, 3), vertex indices, 0 .. n - 1
+    name : what the shape is called
 
-    Returns
-    -------
-    The cleaned mesh; the order of the vertices and faces that stay is kept. Raises ValueError if the arrays are not
-    finite or out of range, or no face is left.
+    Raises
+    ------
+    TypeError, ValueError
+        If the arrays are not finite or out of range, or no face is left.
 
     Examples
     --------
@@ -174,14 +167,8 @@ def clean_mesh(vertices: ArrayLike, faces: ArrayLike, name: str = "") -> Triangl
 
 
 def edges(mesh: TriangleMesh) -> IntArray:
-    """Return each edge once, as a row (i, j) with i < j, in lexicographic order.
+    """Return each edge once, shape (e, 2), as a row (i, j) with i < j, in lexicographic order.
 
-    Returns
-    -------
-    (e, 2) ndarray of int64: the edges.
-
-    Examples
-    --------
     >>> edges(TriangleMesh([[0, 0, 0], [1, 0, 0], [0, 1, 0]], [[0, 1, 2]])).tolist()
     [[0, 1], [0, 2], [1, 2]]
     """
@@ -189,15 +176,8 @@ def edges(mesh: TriangleMesh) -> IntArray:
 
 
 def edges_with_counts(mesh: TriangleMesh) -> tuple[IntArray, IntArray]:
-    """Return each edge once with the number of faces on it: 1 on the boundary, 2 inside, more where not a manifold.
+    """Return `edges`, and (e,) the number of faces on each: 1 on the boundary, 2 inside, more where not a manifold.
 
-    Returns
-    -------
-    edges (e, 2) ndarray of int64: rows (i, j) with i < j, in lexicographic order; counts (e,) ndarray of int64: faces
-    on each edge.
-
-    Examples
-    --------
     >>> square = TriangleMesh([[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]], [[0, 1, 2], [0, 2, 3]])
     >>> edges_with_counts(square)[1].tolist()
     [1, 2, 1, 1, 1]
@@ -216,8 +196,6 @@ def edge_lengths(mesh: TriangleMesh) -> FloatArray:
 def face_areas(mesh: TriangleMesh) -> FloatArray:
     """Return the area of each face, shape (m,), in squared units of the vertices: half the cross product's length.
 
-    Examples
-    --------
     >>> face_areas(TriangleMesh([[0, 0, 0], [2, 0, 0], [0, 3, 0]], [[0, 1, 2]])).tolist()
     [3.0]
     """
@@ -230,13 +208,7 @@ def face_normals(mesh: TriangleMesh) -> FloatArray:
 
 
 def vertex_normals(mesh: TriangleMesh) -> FloatArray:
-    """Return the unit normal of each vertex, shape (n, 3): the mean of its faces' normals weighted by area.
-
-    Examples
-    --------
-    >>> vertex_normals(TriangleMesh([[0, 0, 0], [1, 0, 0], [0, 1, 0]], [[0, 1, 2]]))[0].tolist()
-    [0.0, 0.0, 1.0]
-    """
+    """Return the unit normal of each vertex, shape (n, 3): the mean of its faces' normals weighted by area."""
     return _unit_rows(faces_at_vertices(mesh) @ _area_vectors(mesh))
 
 
@@ -249,8 +221,6 @@ def faces_at_vertices(mesh: TriangleMesh) -> sp.csr_array:
 def corner_angles(mesh: TriangleMesh) -> FloatArray:
     """Return the angle at each corner of each face in radians, shape (m, 3); entry (f, c) is at vertex faces[f, c].
 
-    Examples
-    --------
     >>> np.degrees(corner_angles(TriangleMesh([[0, 0, 0], [1, 0, 0], [0, 1, 0]], [[0, 1, 2]]))).round(6).tolist()
     [[90.0, 45.0, 45.0]]
     """
@@ -261,13 +231,7 @@ def corner_angles(mesh: TriangleMesh) -> FloatArray:
 
 
 def flat_faces(mesh: TriangleMesh) -> NDArray[np.bool_]:
-    """Return True for each face without area, shape (m,): at most `FLAT` times its longest side squared.
-
-    Examples
-    --------
-    >>> flat_faces(TriangleMesh([[0, 0, 0], [1, 0, 0], [2, 0, 0], [0, 1, 0]], [[0, 1, 2], [0, 1, 3]])).tolist()
-    [True, False]
-    """
+    """Return True for each face without area, shape (m,): at most `FLAT` times its longest side squared."""
     corners = mesh.vertices[mesh.faces]
     longest_squared = ((corners - np.roll(corners, 1, axis=1)) ** 2).sum(axis=2).max(axis=1)
     return face_areas(mesh) <= FLAT * longest_squared
@@ -283,8 +247,6 @@ def euler_characteristic(mesh: TriangleMesh) -> int:
 
     Vertices that no face uses are not counted.
 
-    Examples
-    --------
     >>> tetrahedron = [[0, 2, 1], [0, 1, 3], [1, 2, 3], [2, 0, 3]]
     >>> euler_characteristic(TriangleMesh(np.eye(4)[:, :3], tetrahedron))
     2
@@ -298,19 +260,10 @@ def is_closed(mesh: TriangleMesh) -> bool:
 
 
 def boundary_loops(mesh: TriangleMesh) -> list[IntArray]:
-    """Return the boundary as closed loops of vertices, the longest first; none for a closed mesh.
+    """Return the boundary as closed loops of vertices in order, the longest first; none for a closed mesh.
 
-    Parameters
-    ----------
-    mesh : the mesh; its faces need not be consistently oriented
+    The faces need not be consistently oriented; loops that touch at a vertex are refused, as no walk is defined there.
 
-    Returns
-    -------
-    list of ndarray of int64: each loop's vertices in order; the edge from the last to the first closes it. Raises
-    ValueError if two loops touch at a vertex, so that the walk is not defined.
-
-    Examples
-    --------
     >>> square = TriangleMesh([[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]], [[0, 1, 2], [0, 2, 3]])
     >>> [loop.tolist() for loop in boundary_loops(square)]
     [[0, 1, 2, 3]]
@@ -342,12 +295,6 @@ def signed_volume(mesh: TriangleMesh) -> float:
     """Return the volume that the faces enclose, positive where they point outward, in cubed units of the vertices.
 
     A sum of tetrahedra from the mean of the vertices: of an open mesh it depends on that point.
-
-    Examples
-    --------
-    >>> corner = [[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1]]
-    >>> round(6 * signed_volume(TriangleMesh(corner, [[0, 2, 1], [0, 1, 3], [0, 3, 2], [1, 2, 3]])), 12)
-    1.0
     """
     a, b, c = (mesh.vertices[mesh.faces] - mesh.vertices.mean(axis=0)).transpose(1, 0, 2)
     return float(np.einsum("fd,fd->", a, np.cross(b, c)) / 6.0)
@@ -356,8 +303,6 @@ def signed_volume(mesh: TriangleMesh) -> float:
 def connected_components(mesh: TriangleMesh) -> IntArray:
     """Return the component number of each vertex, shape (n,), counted from 0; a vertex without a face stands alone.
 
-    Examples
-    --------
     >>> two = TriangleMesh(np.arange(18.0).reshape(6, 3), [[0, 2, 4], [1, 3, 5]])
     >>> connected_components(two).tolist()
     [0, 1, 0, 1, 0, 1]
@@ -366,6 +311,22 @@ def connected_components(mesh: TriangleMesh) -> IntArray:
     graph = sp.csr_array((np.ones(len(i)), (i, j)), (mesh.n_vertices, mesh.n_vertices))
     labels = sp.csgraph.connected_components(graph, directed=False)[1]
     return labels.astype(np.int64)
+
+
+def farthest_points(points: FloatArray, n: int, first: int = 0) -> IntArray:
+    """Numbers of n points from coarse to fine: each lies farthest, in space, from those before it; none comes twice.
+
+    Gonzalez, "Clustering to minimize the maximum intercluster distance" (1985): the first m of them cover all points
+    within twice the radius of the best m.
+    """
+    chosen = np.full(n, first, dtype=np.int64)
+    apart = np.full(len(points), np.inf)  # squared distance to the chosen
+    for number in range(1, n):
+        gaps = points - points[chosen[number - 1]]
+        apart = np.minimum(apart, np.einsum("ij,ij->i", gaps, gaps))
+        apart[chosen[number - 1]] = -1.0  # also where points coincide
+        chosen[number] = apart.argmax()
+    return chosen
 
 
 def _positions(name: str, value: ArrayLike) -> FloatArray:

@@ -16,20 +16,8 @@ from spectral_notes._checks import FloatArray, as_count, as_floats, as_increasin
 
 
 def interval_grid(n: int, start: float = 0.0, stop: float = 1.0) -> FloatArray:
-    """Return n equally spaced points from `start` to `stop`, both ends included: x_i = start + i h.
+    """Return n >= 2 equally spaced points, shape (n,), from `start` to `stop`, both ends included: x_i = start + i h.
 
-    Parameters
-    ----------
-    n : number of points, at least 2
-    start, stop : ends of the interval, start < stop
-
-    Returns
-    -------
-    x (n,) increasing, spacing h = (stop - start) / (n - 1). Raises TypeError or ValueError if n is no integer or below
-    2; start or stop is no number; stop is not above start.
-
-    Examples
-    --------
     >>> interval_grid(5).tolist()
     [0.0, 0.25, 0.5, 0.75, 1.0]
     """
@@ -39,21 +27,8 @@ def interval_grid(n: int, start: float = 0.0, stop: float = 1.0) -> FloatArray:
 
 
 def gaussian(x: ArrayLike, centre: float, width: float) -> FloatArray:
-    """Return a bump of unit area: exp(-(x - centre)^2 / 2 width^2) / (width sqrt(2 pi)).
+    """Return a bump of unit area: exp(-(x - centre)^2 / 2 width^2) / (width sqrt(2 pi)), at the points x (n,).
 
-    Parameters
-    ----------
-    x : (n,) points
-    centre : place of the top
-    width : standard deviation, positive, in the unit of x
-
-    Returns
-    -------
-    values (n,) pointwise, positive. Raises TypeError or ValueError if x is no array of numbers; centre or width is no
-    number; width is not positive.
-
-    Examples
-    --------
     >>> gaussian([0.0, 1.0], centre=0.0, width=1.0).round(4).tolist()
     [0.3989, 0.242]
     """
@@ -64,22 +39,11 @@ def gaussian(x: ArrayLike, centre: float, width: float) -> FloatArray:
 
 
 def trapezoid_weights(x: ArrayLike) -> FloatArray:
-    """Return weights w with w @ f = integral of the piecewise-linear f: half of the two cells beside each point.
+    """Return weights w (n,) with w @ f = integral of the piecewise-linear f: half of the two cells beside each point.
 
-    w_i = (x_{i+1} - x_{i-1}) / 2, and half a cell at either end; so sum(w) = x_{n-1} - x_0. The diagonal matrix of
-    these weights is a mass matrix: <f, g> = sum_i w_i f_i g_i.
+    w_i = (x_{i+1} - x_{i-1}) / 2, and half a cell at either end, so sum(w) = x_{n-1} - x_0; x increases strictly. The
+    diagonal matrix of these weights is a mass matrix: <f, g> = sum_i w_i f_i g_i.
 
-    Parameters
-    ----------
-    x : (n,) strictly increasing points, n >= 2, not necessarily equally spaced
-
-    Returns
-    -------
-    w (n,) positive, in the unit of x. Raises TypeError or ValueError if x is no array of numbers, has fewer than two
-    points, or does not increase strictly.
-
-    Examples
-    --------
     >>> trapezoid_weights([0.0, 1.0, 3.0]).tolist()
     [0.5, 1.5, 1.0]
     """
@@ -89,20 +53,10 @@ def trapezoid_weights(x: ArrayLike) -> FloatArray:
 
 
 def hat_functions(x: ArrayLike, t: ArrayLike) -> FloatArray:
-    """Return the hats of the grid x at the points t: column i is 1 at x_i, 0 at every other x_j, linear between.
+    """Return the hats of the grid x (n,) at points t (m,): column i is 1 at x_i, 0 at every other x_j, linear between.
 
-    Parameters
-    ----------
-    x : (n,) strictly increasing grid points, n >= 2
-    t : (m,) where to evaluate; every hat is zero outside [x_0, x_{n-1}]
+    The matrix B (m, n) has rows that sum to one inside the grid, and B @ f is the piecewise-linear function through f.
 
-    Returns
-    -------
-    B (m, n) between 0 and 1; rows sum to one inside the grid, and B @ f is the piecewise-linear function through f.
-    Raises TypeError or ValueError as `trapezoid_weights`, and t is no array of numbers.
-
-    Examples
-    --------
     >>> hat_functions([0.0, 1.0, 2.0], [0.25, 1.0]).tolist()
     [[0.75, 0.25, 0.0], [0.0, 1.0, 0.0]]
     """
@@ -117,16 +71,6 @@ def hat_mass(x: ArrayLike) -> sp.csr_array:
     With h_i = x_{i+1} - x_i: M_ii = (h_{i-1} + h_i) / 3 and M_{i,i+1} = h_i / 6. The row sums are the trapezoid
     weights ("lumping"). f^T M g is the exact integral of the product of the two piecewise-linear functions.
 
-    Parameters
-    ----------
-    x : (n,) strictly increasing grid points, n >= 2
-
-    Returns
-    -------
-    M (n, n) csr_array, integrated. Raises TypeError or ValueError as `trapezoid_weights`.
-
-    Examples
-    --------
     >>> (6 * hat_mass([0.0, 1.0, 2.0]).toarray()).round(12).tolist()
     [[2.0, 1.0, 0.0], [1.0, 4.0, 1.0], [0.0, 1.0, 2.0]]
     """
@@ -138,18 +82,6 @@ def hat_mass(x: ArrayLike) -> sp.csr_array:
 def inner_product(f: ArrayLike, g: ArrayLike, M: object) -> float:
     """Return <f, g> = f^T M g: symmetric, linear in either argument, an integral when M holds the sample spacing.
 
-    Parameters
-    ----------
-    f, g : (n,) values at the samples
-    M : (n, n) symmetric mass matrix, sparse or dense
-
-    Returns
-    -------
-    product integrated, in the unit of f times that of g times that of x. Raises TypeError or ValueError if M is no
-    real; (n,) symmetric matrix; f or g does not have.
-
-    Examples
-    --------
     >>> inner_product([1.0, 2.0, 3.0], [1.0, 1.0, 1.0], np.diag([0.5, 1.0, 0.5]))
     4.0
     """
@@ -159,20 +91,8 @@ def inner_product(f: ArrayLike, g: ArrayLike, M: object) -> float:
 
 
 def norm(f: ArrayLike, M: object) -> float:
-    """Return the length of f, ||f|| = sqrt(f^T M f), zero only for f = 0.
+    """Return the length of f, ||f|| = sqrt(f^T M f), zero only for f = 0 where M is positive definite.
 
-    Parameters
-    ----------
-    f : (n,) values at the samples
-    M : (n, n) symmetric positive definite mass matrix, sparse or dense
-
-    Returns
-    -------
-    length root of an integral; the root-mean-square of f times the root of the domain's length. Raises TypeError or
-    ValueError as `inner_product`.
-
-    Examples
-    --------
     >>> norm([3.0, 4.0], np.eye(2))
     5.0
     """
@@ -180,23 +100,10 @@ def norm(f: ArrayLike, M: object) -> float:
 
 
 def best_coefficients(f: ArrayLike, B: ArrayLike, M: object) -> FloatArray:
-    """Return the coefficients c for which B @ c is nearest to f: the residual is M-orthogonal to every column of B.
+    """Return the c (k,) for which B @ c is nearest to f (n,): the residual is M-orthogonal to every column of B (n, k).
 
     They solve the normal equations (B^T M B) c = B^T M f, whose matrix is the Gram matrix of the columns.
 
-    Parameters
-    ----------
-    f : (n,) values at the samples
-    B : (n, k) one basis function a column, linearly independent
-    M : (n, n) symmetric positive definite mass matrix
-
-    Returns
-    -------
-    c (k,) coefficients; B @ c is the best approximation of f in the norm of M. Raises TypeError or ValueError if M is
-    no real symmetric matrix; f or B has another number of rows; dependent columns.
-
-    Examples
-    --------
     >>> best_coefficients([0.0, 1.0, 5.0], np.ones((3, 1)), np.eye(3)).round(12).tolist()
     [2.0]
     """
@@ -212,25 +119,11 @@ def best_coefficients(f: ArrayLike, B: ArrayLike, M: object) -> FloatArray:
 def orthonormalize(B: ArrayLike, M: object) -> FloatArray:
     """Return Q with Q^T M Q = I whose first j columns span those of B, for each j: Gram-Schmidt, run twice.
 
-    Parameters
-    ----------
-    B : (n, k) one basis function a column, linearly independent
-    M : (n, n) symmetric positive definite mass matrix
+    One pass loses orthogonality with the condition of B, the second restores it (Giraud, Langou, Rozloznik, van den
+    Eshof, Numerische Mathematik 101 (2005) 87-100). Each column has a positive M-product with its column of B.
 
-    Returns
-    -------
-    Q (n, k) M-orthonormal columns, each with a positive M-product with its column of B. Raises TypeError or ValueError
-    if M is no real symmetric matrix; B has another number of rows; dependent columns.
-
-    Examples
-    --------
     >>> orthonormalize([[1.0, 0.0], [1.0, 2.0]], np.diag([0.5, 0.5])).tolist()
     [[1.0, -1.0], [1.0, 1.0]]
-
-    Notes
-    -----
-    Twice is enough: one pass loses orthogonality with the condition of B, the second restores it (Giraud,
-    Langou, Rozloznik, van den Eshof, Numerische Mathematik 101 (2005) 87-100).
     """
     mass = as_symmetric("M", M)
     Q = as_floats("B", B, (mass.shape[0], "k"))
@@ -262,22 +155,11 @@ _SRGB_TO_XYZ = np.array([[0.4124, 0.3576, 0.1805], [0.2126, 0.7152, 0.0722], [0.
 
 
 def balmer_lines(count: int = 4) -> FloatArray:
-    """Return the wavelengths of hydrogen's visible series, decreasing: 1 / lambda = R (1/2^2 - 1/m^2), m = 3, 4, ...
+    """Return the wavelengths in nm of hydrogen's visible series: 1 / lambda = R (1/2^2 - 1/m^2), m = 3, 4, ...
 
-    R is the Rydberg constant of hydrogen, R_inf / (1 + m_e / m_p). Fine structure is left out (it
-    moves and splits the lines by about 0.01 nm).
+    R is the Rydberg constant of hydrogen, R_inf / (1 + m_e / m_p); in vacuum. Fine structure is left out (it moves and
+    splits the lines by about 0.01 nm).
 
-    Parameters
-    ----------
-    count : how many lines, at least 1
-
-    Returns
-    -------
-    wavelengths (count,) in nm, in vacuum, all above the limit 4 / R. Raises TypeError or ValueError if count is no
-    integer or below 1.
-
-    Examples
-    --------
     >>> balmer_lines(4).round(1).tolist()
     [656.5, 486.3, 434.2, 410.3]
     """
@@ -288,24 +170,10 @@ def balmer_lines(count: int = 4) -> FloatArray:
 
 
 def line_spectrum(wavelengths: ArrayLike, lines: ArrayLike, powers: ArrayLike, width: float = 2.0) -> FloatArray:
-    """Return the spectrum of a lamp that shines in a few lines: non-negative bumps of area `powers`.
+    """Return the spectrum, in W/nm, of a lamp that shines in a few lines (nm): bumps whose areas are the `powers` (W).
 
-    s(lambda) = sum_j powers_j gaussian(lambda, lines_j, width); the width stands for the resolution of a spectrometer.
+    s(lambda) = sum_j powers_j gaussian(lambda, lines_j, width); the width, in nm, is the resolution of a spectrometer.
 
-    Parameters
-    ----------
-    wavelengths : (n,) in nm
-    lines : (k,) centres in nm
-    powers : (k,) power of each line, in W
-    width : standard deviation of every line in nm, positive
-
-    Returns
-    -------
-    spectrum (n,) pointwise, W/nm. Raises TypeError or ValueError if an array holds no numbers or has the wrong shape;
-    width is not positive.
-
-    Examples
-    --------
     >>> line_spectrum([588.0, 589.0, 590.0], lines=[589.0], powers=[1.0], width=1.0).round(3).tolist()
     [0.242, 0.399, 0.242]
     """
@@ -317,22 +185,11 @@ def line_spectrum(wavelengths: ArrayLike, lines: ArrayLike, powers: ArrayLike, w
 
 
 def blackbody_spectrum(wavelengths: ArrayLike, temperature: float) -> FloatArray:
-    """Return the positive spectral radiance of a glowing black body by Planck's law.
+    """Return the positive spectral radiance, in W / (m^2 sr nm), of a black body of a temperature in K: Planck's law.
 
-    B(lambda) = (2 h c^2 / lambda^5) / (exp(h c / (lambda k T)) - 1)
+    B(lambda) = (2 h c^2 / lambda^5) / (exp(h c / (lambda k T)) - 1), for wavelengths in nm; its top lies at
+    2.8978e6 nm K / T (Wien). 2700 K is a warm bulb, 5772 K the surface of the sun.
 
-    Parameters
-    ----------
-    wavelengths : (n,) in nm, positive
-    temperature : T in K, positive; 2700 is a warm bulb, 5772 the surface of the sun
-
-    Returns
-    -------
-    spectrum (n,) pointwise, W / (m^2 sr nm); its top lies at 2.8978e6 nm K / T (Wien). Raises TypeError or ValueError
-    if wavelengths hold no numbers or not only positive ones; temperature is not positive.
-
-    Examples
-    --------
     >>> blackbody_spectrum([400.0, 500.0, 600.0], 5772.0).round(-2).tolist()
     [22900.0, 26200.0, 24400.0]
     """
@@ -347,28 +204,14 @@ def blackbody_spectrum(wavelengths: ArrayLike, temperature: float) -> FloatArray
 
 
 def colour_matching(wavelengths: ArrayLike) -> FloatArray:
-    """Return the matching functions x, y, z of the CIE 1931 2-degree observer, approximated by seven lobes.
+    """Return the matching functions x, y, z, (3, n), of the CIE 1931 2-degree observer, approximated by seven lobes.
 
-    Each lobe is a Gaussian with one width to the left and one to the right of its centre. The fit stays within 0.015
-    of the CIE table at every 10 nm of 380 .. 780 (tops: 1.06, 1.00, 1.78), and is positive like the table.
+    An invertible mix of the sensitivities of the eye's three kinds of cones, at wavelengths in nm. The fit stays within
+    0.015 of the CIE table at every 10 nm of 380 .. 780 (tops: 1.06, 1.00, 1.78), and is positive like the table (Wyman,
+    Sloan, Shirley, "Simple analytic approximations to the CIE XYZ color matching functions", 2013, eq. 4).
 
-    Parameters
-    ----------
-    wavelengths : (n,) in nm
-
-    Returns
-    -------
-    C (3, n) pointwise; an invertible mix of the sensitivities of the eye's three kinds of cones. Raises TypeError or
-    ValueError if wavelengths hold no numbers.
-
-    Examples
-    --------
     >>> colour_matching([450.0, 555.0, 600.0]).round(2).tolist()
     [[0.34, 0.52, 1.06], [0.03, 1.0, 0.63], [1.78, 0.01, 0.0]]
-
-    References
-    ----------
-    Wyman, Sloan, Shirley (2013), "Simple analytic approximations to the CIE XYZ color matching functions", eq. 4.
     """
     wavelengths = as_floats("wavelengths", wavelengths, ("n",))
     C = np.zeros((3, len(wavelengths)))
@@ -381,18 +224,8 @@ def colour_matching(wavelengths: ArrayLike) -> FloatArray:
 def spectrum_to_xyz(spectrum: ArrayLike, wavelengths: ArrayLike) -> FloatArray:
     """Return the colour (X, Y, Z) of a light, linear in the light: three inner products with the matching functions.
 
-    Parameters
-    ----------
-    spectrum : (n,) power per nm
-    wavelengths : (n,) strictly increasing, in nm
+    The integrals take the trapezoid weights of the wavelengths, in nm; Y is the luminance up to a unit.
 
-    Returns
-    -------
-    xyz (3,) integrated by the trapezoid weights; Y is the luminance up to a unit. Raises TypeError or ValueError if an
-    array holds no numbers or has the wrong shape; wavelengths do not increase strictly.
-
-    Examples
-    --------
     >>> grid = np.linspace(380.0, 780.0, 401)
     >>> spectrum_to_xyz(np.ones(401), grid).round(1).tolist()
     [106.7, 106.9, 106.8]
@@ -403,27 +236,13 @@ def spectrum_to_xyz(spectrum: ArrayLike, wavelengths: ArrayLike) -> FloatArray:
 
 
 def xyz_to_srgb(xyz: ArrayLike) -> FloatArray:
-    """Return the screen colour, three numbers in [0, 1]: not linear, as it clips and bends.
+    """Return the screen colour, three numbers in [0, 1], of (X, Y, Z), white at Y = 1: not linear, it clips and bends.
 
     Linear red, green, blue solve the matrix of the primaries; what a screen cannot show is clipped to [0, 1]; then
-    v -> 12.92 v below 0.0031308 and 1.055 v^(1/2.4) - 0.055 above.
+    v -> 12.92 v below 0.0031308 and 1.055 v^(1/2.4) - 0.055 above (IEC 61966-2-1:1999).
 
-    Parameters
-    ----------
-    xyz : (3,) with Y = 1 for the brightest white
-
-    Returns
-    -------
-    rgb (3,) as matplotlib takes it. Raises TypeError or ValueError if xyz is not three numbers.
-
-    Examples
-    --------
     >>> xyz_to_srgb([0.9505, 1.0, 1.089]).round(6).tolist()
     [1.0, 1.0, 1.0]
-
-    References
-    ----------
-    IEC 61966-2-1:1999.
     """
     linear = np.clip(np.linalg.solve(_SRGB_TO_XYZ, as_floats("xyz", xyz, (3,))), 0.0, 1.0)
     return np.where(linear <= 0.0031308, 12.92 * linear, 1.055 * linear ** (1 / 2.4) - 0.055)
@@ -435,20 +254,6 @@ def metamer(spectrum: ArrayLike, wavelengths: ArrayLike, direction: ArrayLike) -
     `black` is the part of `direction` that no cone sees: what is left of it after its best approximation by the three
     matching functions. t > 0 is as large as a non-negative light allows.
 
-    Parameters
-    ----------
-    spectrum : (n,) a positive light
-    wavelengths : (n,) strictly increasing, in nm
-    direction : (n,) how the light shall change
-
-    Returns
-    -------
-    other (n,) non-negative; spectrum_to_xyz gives the same three numbers up to roundoff. Raises TypeError or ValueError
-    if an array holds no numbers or has the wrong shape; wavelengths do not increase strictly; spectrum is not positive;
-    direction is a combination of the matching functions.
-
-    Examples
-    --------
     >>> grid = np.linspace(380.0, 780.0, 401)
     >>> other = metamer(np.ones(401), grid, np.cos(grid / 20))
     >>> float(other.min()), bool(np.allclose(spectrum_to_xyz(other - 1, grid), 0, atol=1e-10))

@@ -25,18 +25,6 @@ from spectral_notes.mesh_calculus import (
 )
 from spectral_notes.meshes import TriangleMesh, as_mesh, face_areas, face_normals, row_norms, vertex_normals
 
-__all__ = [
-    "Transport",
-    "edge_transport",
-    "connection_laplacian",
-    "smoothest_field",
-    "field_indices",
-    "transport_vector",
-    "arrows_of_field",
-    "hodge_parts",
-    "harmonic_fields",
-]
-
 ComplexArray = NDArray[np.complex128]
 Surface = TriangleMesh | tuple[ArrayLike, ArrayLike]
 
@@ -47,63 +35,31 @@ class Transport:
 
     Every edge comes once in each direction, from `tails` to `heads`.
 
-    Parameters
-    ----------
-    faces : ndarray (m, 3)
-        The triangles.
-    tails, heads : ndarray of int, shape (e,)
-        Ends of the directed edges.
-    angles : ndarray (e,)
-        Direction of the edge in the plane of its tail: radians, counter-clockwise from the vertex's first edge.
-    turns : ndarray (e,)
-        A vector z at the tail is ``exp(1j * turns) * z`` at the head.
-    weights : ndarray (e,)
-        Half the sum of the cotangents of the angles opposite the edge.
-    holonomy : ndarray (m,)
-        By how much a vector turns that is carried once round a face; closed, they sum to 2 pi chi.
-    vertex_areas : ndarray (n,)
-        A third of the area of the faces at each vertex.
-
-    Examples
-    --------
     >>> faces = [[0, 2, 1], [0, 1, 3], [1, 2, 3], [2, 0, 3]]
     >>> tetrahedron = edge_transport((faces, np.ones((4, 3))))
     >>> (tetrahedron.holonomy / np.pi).round(12).tolist()  # a quarter of the sphere's 4 pi each
     [1.0, 1.0, 1.0, 1.0]
     """
 
-    faces: IntArray
-    tails: IntArray
+    faces: IntArray  # (m, 3)
+    tails: IntArray  # (e,), ends of the directed edges
     heads: IntArray
-    angles: FloatArray
-    turns: FloatArray
-    weights: FloatArray
-    holonomy: FloatArray
-    vertex_areas: FloatArray
+    angles: FloatArray  # of the edge in the plane of its tail: radians, counter-clockwise from the vertex's first edge
+    turns: FloatArray  # a vector z at the tail is exp(1j * turns) * z at the head
+    weights: FloatArray  # half the sum of the cotangents of the angles opposite the edge
+    holonomy: FloatArray  # (m,), by how much a vector carried once round a face turns; closed, the sum is 2 pi chi
+    vertex_areas: FloatArray  # (n,), a third of the area of the faces at each vertex
 
 
 def edge_transport(surface: Surface) -> Transport:
     """Return how tangent planes turn along the edges of a surface; corners are scaled to 2 pi a vertex, pi on a rim.
 
-    Parameters
-    ----------
-    surface : TriangleMesh, or pair of faces (m, 3) and lengths (m, 3), an oriented manifold. Column c of the lengths is
-        the edge opposite to corner c, as in `shapes.flat_torus`.
+    The surface is an oriented manifold: a mesh, or its faces (m, 3) and lengths (m, 3), where column c holds the edges
+    opposite to corner c (Knoppel, Crane, Pinkall and Schroder, "Globally optimal direction fields", 2013, section 3).
 
-    Returns
-    -------
-    Angles, turns and weights of the edges. Raises TypeError or ValueError if the faces have no common orientation, an
-    edge has three faces, a vertex several fans or none, or lengths make no triangle.
-
-    Examples
-    --------
     >>> from spectral_notes.shapes import sphere
     >>> round(float(edge_transport(sphere(2)).holonomy.sum() / np.pi), 12)
     4.0
-
-    References
-    ----------
-    Knoppel, Crane, Pinkall and Schroder, "Globally optimal direction fields" (2013), section 3.
     """
     faces, lengths = _faces_and_lengths(surface)
     n = int(faces.max()) + 1
@@ -147,22 +103,11 @@ def connection_laplacian(surface: Surface, n_fold: int = 1) -> tuple[sp.csr_arra
     """Return the pair (L, M) of tangent fields: real, symmetric, of size 2n; first all real parts, then all imaginary.
 
     ``x @ L @ x`` is the sum over edges of w_ij |z_j - r_ij^n z_i|^2: how much each arrow differs from its neighbours'
-    after transport, with the cotangent weights. For n-fold fields, whose arrows are the same after an n-th of a turn, z
-    stands for the n-th power of an arrow.
+    after transport, with the cotangent weights. For n-fold fields, whose arrows are the same after an n-th of a turn (1
+    for arrows, 2 for lines, 4 for crosses), z stands for the n-th power of an arrow. Every eigenvalue comes at least
+    twice: a field, and the same a quarter turn on. On the unit sphere they are l (l + 1) - n_fold^2, each 2 (2 l + 1)
+    times, for l = n_fold, n_fold + 1, ...
 
-    Parameters
-    ----------
-    surface : TriangleMesh, or pair of faces (m, 3) and lengths (m, 3), as in `edge_transport`
-    n_fold : 1 for arrows, 2 for lines, 4 for crosses
-
-    Returns
-    -------
-    L, M (2 n, 2 n) csr_array: every eigenvalue comes at least twice: a field, and the same a quarter turn on. On the
-    unit sphere they are l (l + 1) - n_fold^2, each 2 (2 l + 1) times, for l = n_fold, n_fold + 1, ... Raises TypeError
-    or ValueError as in `edge_transport`, or if `n_fold` is not an integer of at least 1.
-
-    Examples
-    --------
     >>> from spectral_notes.shapes import sphere
     >>> compute_eigenbasis(*connection_laplacian(sphere(3)), 7).evals.round(1).tolist()  # 1, six times, then 5
     [1.0, 1.0, 1.0, 1.0, 1.0, 1.0, 5.0]
@@ -182,20 +127,9 @@ def smoothest_field(
 ) -> ComplexArray:
     """Return the tangent field of least energy: the lowest mode, or the one that takes given values at some vertices.
 
-    Parameters
-    ----------
-    surface : TriangleMesh, or pair of faces (m, 3) and lengths (m, 3), as in `edge_transport`
-    n_fold : 1 for arrows, 2 for lines, 4 for crosses
-    fixed : (p,) int, vertices where the field is given
-    values : (p,) complex, its values there, powers of arrows where `n_fold` is above 1
+    One complex number a vertex, in the frames of `edge_transport`; of norm one in M if nothing is fixed. With `n_fold`
+    above 1 it and the `values` at the vertices `fixed` are powers of arrows.
 
-    Returns
-    -------
-    (n,) complex: one number a vertex, in the frames of `edge_transport`; of norm one in M if nothing is fixed. Raises
-    TypeError or ValueError as in `connection_laplacian`, or if the fixed vertices and values do not fit.
-
-    Examples
-    --------
     >>> from spectral_notes.shapes import flat_torus
     >>> z = smoothest_field(flat_torus(1.0, 1.0, 6, 6), fixed=[0], values=[2j])
     >>> bool(np.abs(np.abs(z) - 2).max() < 1e-9)  # on a flat torus one arrow goes everywhere
@@ -218,21 +152,8 @@ def smoothest_field(
 def field_indices(surface: Surface, z: ArrayLike, n_fold: int = 1) -> FloatArray:
     """Return the index of a field in each face: its turns round the face, as a multiple of 1 / n_fold; mostly zero.
 
-    On a closed surface the indices sum to the Euler characteristic, whatever the field (Poincare and Hopf).
+    On a closed surface the indices sum to the Euler characteristic, whatever the field z (n,) (Poincare and Hopf).
 
-    Parameters
-    ----------
-    surface : TriangleMesh, or pair of faces (m, 3) and lengths (m, 3), as in `edge_transport`
-    z : (n,) complex, a field without zeros at vertices, as from `smoothest_field`
-    n_fold : 1 for arrows, 2 for lines, 4 for crosses
-
-    Returns
-    -------
-    (m,): whole multiples of 1 / n_fold. Raises TypeError or ValueError as in `connection_laplacian`, or if z does not
-    fit, is not finite or zero at a vertex.
-
-    Examples
-    --------
     >>> from spectral_notes.shapes import sphere
     >>> ball = sphere(2)
     >>> float(field_indices(ball, smoothest_field(ball)).sum())
@@ -253,29 +174,13 @@ def transport_vector(surface: Surface, vertex: int, value: complex = 1.0, *, ste
     """Return a vector carried from one vertex to all others along shortest paths, by one short heat step.
 
     Heat of the connection Laplacian arrives first by the shortest way and keeps the direction; the length is put back.
+    The time of the step is by default the square of the mean edge length (Sharp, Soliman and Crane, "The vector heat
+    method", 2019, algorithm 1).
 
-    Parameters
-    ----------
-    surface : TriangleMesh, or pair of faces (m, 3) and lengths (m, 3), as in `edge_transport`, in one piece
-    vertex : where the vector starts
-    value : complex, the vector there, in the frame of `edge_transport`
-    step : time of the heat steps; by default the square of the mean edge length
-
-    Returns
-    -------
-    (n,) complex: one vector a vertex, each as long as the first. Raises TypeError or ValueError as in `edge_transport`,
-    or if the vertex is out of range or the step not positive.
-
-    Examples
-    --------
     >>> from spectral_notes.shapes import sphere
     >>> z = transport_vector(sphere(3), 0, 2.0)
     >>> bool(np.allclose(np.abs(z), 2.0))
     True
-
-    References
-    ----------
-    Sharp, Soliman and Crane, "The vector heat method" (2019), algorithm 1.
     """
     edges = edge_transport(surface)
     n = len(edges.vertex_areas)
@@ -294,19 +199,9 @@ def transport_vector(surface: Surface, vertex: int, value: complex = 1.0, *, ste
 def arrows_of_field(mesh: TriangleMesh, z: ArrayLike, n_fold: int = 1) -> FloatArray:
     """Return a field of complex numbers as arrows in space, (n, 3), in the planes across the vertex normals.
 
-    Parameters
-    ----------
-    mesh : the surface
-    z : (n,) complex, a field; of an n-fold one the root with the smallest angle is drawn, as long as z
-    n_fold : 1 for arrows, 2 for lines, 4 for crosses
+    Of an n-fold field the root with the smallest angle is drawn, as long as z. The arrows are for pictures and for
+    input: matrices know nothing of them.
 
-    Returns
-    -------
-    ndarray (n, 3): one arrow a vertex. ``geometry`` and matrices know nothing of them: they are for pictures and for
-    input. Raises TypeError or ValueError as in `field_indices`.
-
-    Examples
-    --------
     >>> from spectral_notes.shapes import sphere
     >>> ball = sphere(2)
     >>> arrows = arrows_of_field(ball, np.ones(ball.n_vertices))
@@ -327,32 +222,17 @@ def arrows_of_field(mesh: TriangleMesh, z: ArrayLike, n_fold: int = 1) -> FloatA
 def hodge_parts(mesh: TriangleMesh, field: ArrayLike) -> tuple[FloatArray, FloatArray, FloatArray]:
     """Return three fields that sum to a field of one arrow a face: a gradient, a turned gradient, a harmonic rest.
 
-    The first has no circulation, the second no sources, the last neither; they are orthogonal. The potential of the
-    first is linear with values at vertices, that of the second with values at the middles of edges, zero on a boundary:
-    with both at the vertices the rest would be too large.
+    The first has no circulation, the second no sources, the last neither; they are orthogonal, (m, 3) each. What sticks
+    out of a face's plane is left off. The potential of the first is linear with values at vertices, that of the second
+    with values at the middles of edges, zero on a boundary: with both at the vertices the rest would be too large
+    (Polthier and Preuss, "Identifying vector field singularities using a discrete Hodge decomposition", 2003).
 
-    Parameters
-    ----------
-    mesh : a connected manifold, with m faces
-    field : (m, 3), arrows; what sticks out of a face's plane is left off
-
-    Returns
-    -------
-    gradient, turned, harmonic ndarray (m, 3): the parts. Raises TypeError or ValueError if the field does not fit, a
-    face has no area, or the mesh has several pieces or no common orientation.
-
-    Examples
-    --------
     >>> from spectral_notes.shapes import sphere
     >>> ball = sphere(2)
     >>> wind = np.tile([1.0, 0.0, 0.0], (ball.n_faces, 1))  # on a ball it is the gradient of x
     >>> gradient, turned, harmonic = hodge_parts(ball, wind)
     >>> bool(max(np.abs(turned).max(), np.abs(harmonic).max()) < 1e-9)
     True
-
-    References
-    ----------
-    Polthier and Preuss, "Identifying vector field singularities using a discrete Hodge decomposition" (2003).
     """
     mesh = as_mesh(mesh)
     normals = face_normals(mesh)
@@ -364,18 +244,9 @@ def hodge_parts(mesh: TriangleMesh, field: ArrayLike) -> tuple[FloatArray, Float
 def harmonic_fields(mesh: TriangleMesh, *, seed: int = 0) -> FloatArray:
     """Return an orthonormal basis of the fields without sources and circulation: two for each handle of a closed mesh.
 
-    Parameters
-    ----------
-    mesh : a connected manifold
-    seed : chooses the random fields whose harmonic parts span the space, and so the basis
+    Shape (2 genus, m, 3), with unit integral of |X|^2; a mesh with h boundary loops has h - 1 more. The seed chooses
+    the random fields whose harmonic parts span the space, and so the basis.
 
-    Returns
-    -------
-    ndarray (2 genus + holes, m, 3): fields with unit integral of |X|^2; for a mesh with h boundary loops, h - 1 more.
-    Raises TypeError or ValueError as in `hodge_parts`.
-
-    Examples
-    --------
     >>> from spectral_notes.shapes import sphere, torus
     >>> len(harmonic_fields(sphere(2))), len(harmonic_fields(torus(n_major=24, n_minor=12)))
     (0, 2)

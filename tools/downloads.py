@@ -6,7 +6,7 @@ import argparse
 import re
 from pathlib import Path
 
-from spectral_notes._whole import write_whole
+from spectral_notes.files import write_whole
 
 PLACE = re.compile(r'(<p class="downloads"[^>]*>).*?(</p>)', re.DOTALL)
 KINDS = {".pdf": "PDF", ".epub": "EPUB"}

@@ -44,7 +44,7 @@ from nbgrader.preprocessors import (
 )
 from traitlets.config import Config, PyFileConfigLoader
 
-from spectral_notes._whole import write_whole
+from spectral_notes.files import write_whole
 
 ROOT = Path(__file__).resolve().parents[1]
 IDENTITIES = ("Identifier", "ID", "ID number", "SIS User ID", "Username", "SIS Login ID", "Email address", "Student")

@@ -28,7 +28,7 @@ import nbformat.warnings
 from nbclient import NotebookClient
 from nbclient.exceptions import CellExecutionError, CellTimeoutError, DeadKernelError
 
-from spectral_notes._whole import write_whole
+from spectral_notes.files import write_whole
 
 ROOT = Path(__file__).resolve().parents[1]
 LANGUAGE = {"name": "python", "pygments_lexer": "ipython3"}

@@ -20,7 +20,7 @@ import yaml
 from lxml import etree
 from lxml.builder import ElementMaker
 
-from spectral_notes._whole import write_whole
+from spectral_notes.files import write_whole
 
 ROOT = Path(__file__).resolve().parents[1]
 QUESTIONS = ROOT / "classroom" / "questions.yaml"

@@ -14,10 +14,10 @@ from typing import Annotated, Any
 
 import typer
 
-from spectral_notes._whole import write_whole
 from spectral_notes.command import doctor as checks
 from spectral_notes.command import jobs, streams
 from spectral_notes.command.own_shape import upward
+from spectral_notes.files import write_whole
 from spectral_notes.files.mesh_files import write_mesh
 from spectral_notes.plotting.cameras import Camera, camera_of
 

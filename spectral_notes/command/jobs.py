@@ -17,7 +17,6 @@ import scipy.sparse as sp
 from matplotlib.figure import Figure
 
 from spectral_notes._checks import as_count
-from spectral_notes._whole import write_whole
 from spectral_notes.clustering import cut_pieces
 from spectral_notes.command import own_shape
 from spectral_notes.command.own_shape import Shape
@@ -25,6 +24,7 @@ from spectral_notes.command.reports import report_page
 from spectral_notes.command.streams import OPTIONS
 from spectral_notes.compression import decode, describe, encode, renumbered
 from spectral_notes.eigenbasis import Eigenbasis, compute_eigenbasis
+from spectral_notes.files import write_whole
 from spectral_notes.files.arrays import ARRAY_FORMATS, named_arrays, write_arrays
 from spectral_notes.files.eigenbasis_files import write_eigenbasis
 from spectral_notes.geometry.mesh_distances import vertex_error

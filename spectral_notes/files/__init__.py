@@ -3,6 +3,7 @@
 from spectral_notes.files.arrays import write_arrays
 from spectral_notes.files.eigenbasis_files import read_eigenbasis, read_problem, write_eigenbasis, write_problem
 from spectral_notes.files.mesh_files import FORMATS, read_mesh, read_shape, write_mesh
+from spectral_notes.files.whole import write_whole
 
 __all__ = [
     "FORMATS",
@@ -14,4 +15,5 @@ __all__ = [
     "read_problem",
     "write_eigenbasis",
     "read_eigenbasis",
+    "write_whole",
 ]

@@ -18,7 +18,7 @@ from matplotlib.colors import to_rgb
 from numpy.typing import ArrayLike, NDArray
 
 from spectral_notes._checks import as_choice, as_floats
-from spectral_notes._whole import write_whole
+from spectral_notes.files.whole import write_whole
 from spectral_notes.files.writing import write_ply, write_vtp
 from spectral_notes.meshes import PointCloud, TriangleMesh, positions
 from spectral_notes.plotting.rendering import LABEL_COLORS, SurfaceView

@@ -12,8 +12,8 @@ import numpy as np
 import scipy.sparse as sp
 
 from spectral_notes._checks import FloatArray, as_symmetric
-from spectral_notes._whole import write_whole
 from spectral_notes.eigenbasis import Eigenbasis, fix_signs
+from spectral_notes.files.whole import write_whole
 from spectral_notes.solver.eigensolver import closed_components, pose
 
 

@@ -13,13 +13,13 @@ from pathlib import Path
 import numpy as np
 
 from spectral_notes._checks import FloatArray, Refusal, as_choice, as_instance
-from spectral_notes._whole import write_whole
 from spectral_notes.files.foreign import MODULES, read_foreign
 from spectral_notes.files.packed import UNPACKERS, ending_of, unpacked
 from spectral_notes.files.parsing import parse_obj, parse_off, parse_stl, parse_xyz
 from spectral_notes.files.ply import parse_ply
 from spectral_notes.files.polygons import Polygons, checked_polygons, mesh_of
 from spectral_notes.files.vtp import parse_vtp
+from spectral_notes.files.whole import write_whole
 from spectral_notes.files.writing import WRITERS
 from spectral_notes.meshes import PointCloud, TriangleMesh, clean_mesh
 

@@ -19,20 +19,21 @@ SHIFT = 1e-8  # K has the constants in its kernel, K + SHIFT B has nothing
 def conformal_map(mesh: TriangleMesh) -> FloatArray:
     """Return plane coordinates of an open patch that keep angles as well as any linear method can, free at the rim.
 
-    With z = u + i v, the conformal energy z* K z = 1/2 z* L z - area(z) is zero exactly for angle-preserving maps.
-    z minimises it among maps with z* B z = 1 and mean zero over the rim, B being one on the rim and zero inside: the
+    With z = u + i v, the conformal energy z* K z = 1/2 z* L z - area(z) is zero exactly for angle-preserving maps. z
+    minimises it among maps with z* B z = 1 and mean zero over the rim, B being one on the rim and zero inside: the
     eigenvector of K z = lambda B z after the constant. It is found by shift and invert: one factor of K + shift B, in
-    real numbers, and some twenty substitutions.
+    real numbers, and some twenty substitutions (Mullen, Tong, Alliez and Desbrun, "Spectral conformal
+    parameterization", 2008, section 3).
 
     Parameters
     ----------
-    mesh : a disk: connected, with one boundary loop and Euler characteristic 1
+    mesh : a disk: connected, with one boundary loop and Euler characteristic 1, every face with an area
 
     Returns
     -------
-    (n, 2): plane coordinates, turned so that rim vertex 0 (the lowest number) lies to the right of the centre; scaled
-    so that the patch keeps its area. Triangles are positively oriented, but a strongly curved patch may overlap. Raises
-    ValueError if the mesh is not a disk, or a face has no area.
+    uv : (n, 2), scaled so that the patch keeps its area
+        Turned so that rim vertex 0 (the lowest number) lies to the right of the centre. Triangles are positively
+        oriented, but a strongly curved patch may overlap.
 
     Examples
     --------
@@ -40,10 +41,6 @@ def conformal_map(mesh: TriangleMesh) -> FloatArray:
     >>> rolled = sheet(bend=1.0)
     >>> bool(np.allclose(conformal_distortion(rolled, conformal_map(rolled)), 1.0))  # it was flat paper
     True
-
-    References
-    ----------
-    Mullen, Tong, Alliez and Desbrun, "Spectral conformal parameterization" (2008), section 3.
     """
     _refuse_non_disks(mesh)
     n, rim = mesh.n_vertices, boundary_vertices(mesh)
@@ -79,17 +76,13 @@ def conformal_map(mesh: TriangleMesh) -> FloatArray:
 def conformal_distortion(mesh: TriangleMesh, uv: ArrayLike) -> FloatArray:
     """Return, for each face, the ratio of longest to shortest stretch under a map to the plane: 1 where angles survive.
 
-    The ratio of singular values of the map's derivative; minus the ratio where the face is turned over.
+    The ratio of singular values of the map's derivative; minus the ratio where the face is turned over, infinite where
+    it is crushed to a line.
 
     Parameters
     ----------
-    mesh : the patch, with m faces and n vertices
+    mesh : the patch, with m faces, all with an area, and n vertices
     uv : (n, 2), plane coordinates
-
-    Returns
-    -------
-    (m,): without unit; at least 1 in magnitude, infinite where a face is crushed to a line. Raises TypeError or
-    ValueError if uv does not fit the mesh, or a face has no area.
 
     Examples
     --------

@@ -13,14 +13,11 @@ POINTWISE = ("voronoi", "lumped")  # masses that can be divided by
 
 
 def angle_defects(mesh: TriangleMesh) -> FloatArray:
-    """Return the integrated Gaussian curvature at each vertex: 2 pi minus the angles round it.
+    """Return the integrated Gaussian curvature at each vertex, (n,), in radians: 2 pi minus the angles round it.
 
-    On the boundary it is pi minus the angles. Over all vertices they sum to 2 pi times the Euler characteristic,
-    exactly (theorem of Gauss and Bonnet).
-
-    Returns
-    -------
-    (n,): in radians; positive on caps, negative on saddles. Zero at vertices without a face.
+    Positive on caps, negative on saddles, zero at vertices without a face; on the boundary it is pi minus the angles.
+    Over all vertices they sum to 2 pi times the Euler characteristic, exactly: the theorem of Gauss and Bonnet (Meyer,
+    Desbrun, Schroeder and Barr, "Discrete differential-geometry operators", 2003, section 4).
 
     Examples
     --------
@@ -29,10 +26,6 @@ def angle_defects(mesh: TriangleMesh) -> FloatArray:
     ... )
     >>> (angle_defects(tetrahedron) / np.pi).round(12).tolist()  # three angles of 60 degrees at each vertex
     [1.0, 1.0, 1.0, 1.0]
-
-    References
-    ----------
-    Meyer, Desbrun, Schroeder and Barr, "Discrete differential-geometry operators" (2003), section 4.
     """
     mesh = as_mesh(mesh)
     flat = np.full(mesh.n_vertices, 2.0 * np.pi)
@@ -48,24 +41,19 @@ def gaussian_curvature(mesh: TriangleMesh, *, mass: str = "voronoi") -> FloatArr
 
     Parameters
     ----------
-    mesh : the mesh; every vertex has a face
-    mass : {"voronoi", "lumped"}, how the area is shared out among the vertices; see `mass_matrix`. With thirds (lumped)
-        the values where five triangles meet stay 15 % off on ever finer spheres.
+    mesh : every vertex has a face with an area
+    mass : {"voronoi", "lumped"}, how the area is shared out among the vertices; see `mass_matrix`
+        With thirds (lumped) the values where five triangles meet stay 15 % off on ever finer spheres.
 
     Returns
     -------
-    (n,): in 1 / squared unit of the vertices; 1 / r^2 on a sphere. Raises ValueError if a vertex belongs to no face, or
-    to none with an area, or `mass` is neither of the two.
+    K : (n,), in 1 / squared unit of the vertices; 1 / r^2 on a sphere
 
     Examples
     --------
     >>> from spectral_notes.shapes import sphere
     >>> bool(np.allclose(gaussian_curvature(sphere(4)), 1.0, atol=2e-3))  # at every vertex
     True
-
-    References
-    ----------
-    Meyer, Desbrun, Schroeder and Barr, "Discrete differential-geometry operators" (2003), section 4.
     """
     return angle_defects(mesh) / mass_matrix(mesh, kind=as_choice("mass", mass, POINTWISE)).diagonal()
 
@@ -77,23 +65,19 @@ def mean_curvature(mesh: TriangleMesh, *, mass: str = "voronoi") -> FloatArray:
 
     Parameters
     ----------
-    mesh : the mesh, oriented; every vertex has a face and every face an area
-    mass : {"voronoi", "lumped"}, how the area is shared out among the vertices; see `gaussian_curvature`
+    mesh : oriented; every vertex has a face and every face an area
+    mass : {"voronoi", "lumped"}, as in `gaussian_curvature`
 
     Returns
     -------
-    (n,): half the sum of the principal curvatures, in 1 / unit of the vertices; 1 / r on a sphere. On the boundary it
-    means little. Raises ValueError if a face has no area or a vertex no face, or `mass` is neither of the two.
+    H : (n,), half the sum of the principal curvatures, in 1 / unit of the vertices; 1 / r on a sphere
+        On the boundary it means little.
 
     Examples
     --------
     >>> from spectral_notes.shapes import sphere
     >>> bool(np.allclose(mean_curvature(sphere(4)), 1.0, atol=2e-3))  # at every vertex
     True
-
-    References
-    ----------
-    Meyer, Desbrun, Schroeder and Barr, "Discrete differential-geometry operators" (2003), section 3.
     """
     L, M = cotan_laplacian(mesh, mass=as_choice("mass", mass, POINTWISE))
     laplacian_of_position = (L @ mesh.vertices) / M.diagonal()[:, None]  # (n, 3)

@@ -34,27 +34,29 @@ def geodesic_distances(mesh: TriangleMesh, sources: ArrayLike) -> FloatArray:
     Where fans of faces meet in one vertex, paths lead through it. Vertices joined by an edge shorter than a millionth
     of their piece of the mesh count as one. Seconds for ten thousand vertices become minutes for forty thousand; large
     work is done in a process of its own, which an interrupt ends. `heat_distances` is fast, and errs by a percent.
+    (Mitchell, Mount and Papadimitriou, "The discrete geodesic problem", 1987, by libigl.)
 
     Parameters
     ----------
-    mesh : the mesh, with at most two faces on an edge
-    sources : (p,), vertices where the distance is zero
+    mesh : with at most two faces on an edge
+    sources : (p,), vertices where the distance is zero, at least one
 
     Returns
     -------
-    (n,): in units of the vertices; infinite where no path leads. Raises TypeError or ValueError if no source is given,
-    one is out of range, an edge has more than two faces, or short edges form chains; RuntimeError if the process of its
-    own is ended from outside.
+    d : (n,), in units of the vertices; infinite where no path leads
+
+    Raises
+    ------
+    ValueError
+        If an edge has more than two faces, or short edges form chains.
+    RuntimeError
+        If the process of its own is ended from outside.
 
     Examples
     --------
     >>> square = TriangleMesh([[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]], [[0, 1, 2], [0, 2, 3]])
     >>> geodesic_distances(square, [1]).round(6).tolist()  # the way from 1 to 3 crosses the diagonal
     [1.0, 0.0, 1.0, 1.414214]
-
-    References
-    ----------
-    Mitchell, Mount and Papadimitriou, "The discrete geodesic problem" (1987), by libigl.
     """
     mesh = as_mesh(mesh)
     sources = as_indices("sources", sources, ("p",), mesh.n_vertices)
@@ -160,14 +162,13 @@ def parallel_transport(mesh: TriangleMesh, path: ArrayLike, arrow: ArrayLike) ->
 
     Parameters
     ----------
-    mesh : the mesh; oriented it need not be
-    path : (p,), faces, each sharing an edge with the next
+    mesh : oriented it need not be
+    path : (p,), faces with an area, each sharing an edge with the next
     arrow : (3,), the arrow in the first face; what sticks out of the face's plane is left off
 
     Returns
     -------
-    (p, 3): the arrow in each face's plane. Raises TypeError or ValueError if the path is empty or has a face without
-    area, an index is out of range, or two faces that follow each other share no edge.
+    arrows : (p, 3), the arrow in each face's plane
 
     Examples
     --------
@@ -208,15 +209,15 @@ def faces_under_arcs(mesh: TriangleMesh, corners: ArrayLike) -> IntArray:
 
     Parameters
     ----------
-    mesh : a mesh that surrounds the origin and turns its outside to every ray from there, such as a sphere
-    corners : (p, 3), points that the chain joins; end with the first one to close it. Their distance from the origin
-        does not matter.
+    mesh : surrounds the origin and turns its outside to every ray from there, such as a sphere
+    corners : (p, 3), points that the chain joins, each over the inside of a face; end with the first one to close it
+        Their distance from the origin does not matter.
 
-    Returns
-    -------
-    (q,) ndarray of int64: faces, from the one under the first corner to the one under the last. Raises ValueError if
-    there are fewer than two corners, two that follow each other lie on one line through the origin, a corner lies on an
-    edge or over no face, or no way leads from one to the next.
+    Raises
+    ------
+    ValueError
+        If there are fewer than two corners, two that follow each other lie on one line through the origin, a corner
+        lies on an edge or over no face, or no way leads from one to the next.
 
     Examples
     --------

@@ -21,18 +21,14 @@ class HeatMethod:
     """Hold what the heat method factors of a mesh, ready for the distances from one source after the other.
 
     One implicit heat step u from the sources; X = -grad u / |grad u| points away from them and has length one; the
-    distance is the function whose gradient is closest to X: L d = -div X, with d = 0 at the sources.
+    distance is the function whose gradient is closest to X: L d = -div X, with d = 0 at the sources (Crane, Weischedel
+    and Wardetzky, "Geodesics in heat", 2013, algorithm 1).
 
     Parameters
     ----------
-    mesh : the mesh; a boundary is insulated
-    step : time of the heat step; by default the square of the mean edge length. A step far below the square of the
-        local edge length follows the edges of the mesh, and not its surface.
-
-    Raises
-    ------
-    TypeError, ValueError
-        If the step is not positive, a face has no area or a vertex no face.
+    mesh : every face with an area, every vertex with a face; a boundary is insulated
+    step : time of the heat step, positive; by default the square of the mean edge length
+        A step far below the square of the local edge length follows the edges of the mesh, and not its surface.
 
     Examples
     --------
@@ -42,10 +38,6 @@ class HeatMethod:
     >>> exact = np.arccos(np.clip(ball.vertices @ ball.vertices[[0, 9]].T, -1, 1))
     >>> [round(float(np.abs(method.distances([v]) - exact[:, i]).mean()), 3) for i, v in enumerate([0, 9])]
     [0.013, 0.013]
-
-    References
-    ----------
-    Crane, Weischedel and Wardetzky, "Geodesics in heat" (2013), algorithm 1.
     """
 
     mesh: TriangleMesh
@@ -69,7 +61,7 @@ class HeatMethod:
         return f"HeatMethod({self.mesh!r}, step={self.step:.3g})"
 
     def distances(self, sources: ArrayLike) -> FloatArray:
-        """Return the distance along the surface from each vertex to the nearest source, to about one edge length.
+        """Return the distance along the surface from each vertex to the nearest source, (n,), to about an edge length.
 
         A single source a component costs two substitutions; several of them cost a factorization as well.
 
@@ -77,10 +69,10 @@ class HeatMethod:
         ----------
         sources : (p,) int, vertices where the distance is zero; each component of the mesh needs one
 
-        Returns
-        -------
-        (n,): in units of the vertices. Raises TypeError or ValueError if no source is given, one is out of range, or a
-        component has none; ArithmeticError if the step is so short that the heat of a face is zero in floating point.
+        Raises
+        ------
+        ArithmeticError
+            If the step is so short that the heat of a face is zero in floating point.
         """
         sources = _one_a_piece(sources, self._pieces)
         held = self._pieces[sources]
@@ -124,10 +116,6 @@ def heat_distances(mesh: TriangleMesh, sources: ArrayLike, *, step: float | None
     ----------
     mesh, step : see `HeatMethod`
     sources : (p,) int, vertices where the distance is zero; each component of the mesh needs one
-
-    Returns
-    -------
-    (n,): in units of the vertices. Raises TypeError or ValueError or ArithmeticError as there.
 
     Examples
     --------

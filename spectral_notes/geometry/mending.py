@@ -23,16 +23,12 @@ def weld_vertices(mesh: TriangleMesh, tolerance: float) -> TriangleMesh:
     """Return the mesh with vertices that lie within a tolerance of each other made one, which sews up cracks.
 
     Each group, joined by steps of at most the tolerance, keeps the position of its first vertex; then broken and
-    repeated faces and unused vertices go, as in `clean_mesh`.
+    repeated faces and unused vertices go, as in `clean_mesh`; a face must be left.
 
     Parameters
     ----------
-    tolerance : largest distance, in units of the vertices, 0 <= tolerance; less than an eighth of the mesh's diagonal
-
-    Returns
-    -------
-    The mesh, sewn up. Raises TypeError or ValueError if it is no mesh, the tolerance is negative or too large, or no
-    face is left.
+    mesh : the mesh
+    tolerance : largest distance, in units of the vertices, at least 0 and less than an eighth of the mesh's diagonal
 
     Examples
     --------
@@ -59,13 +55,9 @@ def keep_pieces(mesh: TriangleMesh, *, smallest: float = 0.0, largest_only: bool
 
     Parameters
     ----------
-    smallest : a piece stays if its area is at least this share of the largest piece's, 0 <= smallest <= 1
+    mesh : the mesh, whose order of vertices and faces stays
+    smallest : a piece stays if its area is at least this share of the largest piece's, 0 .. 1
     largest_only : keep the piece of the largest area alone, of equal ones the first
-
-    Returns
-    -------
-    The pieces that stay, vertices and faces in their order. Raises TypeError or ValueError if it is no mesh, or the
-    share is not between 0 and 1.
 
     Examples
     --------
@@ -90,10 +82,6 @@ def orient_faces(mesh: TriangleMesh) -> TriangleMesh:
 
     A closed piece inside another, the wall of a hollow, points into the hollow. Across edges of three faces and more
     nothing can agree, and a Möbius strip keeps a seam: `health` still counts those edges.
-
-    Returns
-    -------
-    The same vertices and faces in the same order; some faces are turned around. Raises TypeError if it is no mesh.
 
     Examples
     --------

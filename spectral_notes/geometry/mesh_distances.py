@@ -13,24 +13,18 @@ from spectral_notes.meshes import TriangleMesh, face_areas, face_normals
 
 
 def vertex_error(mesh: TriangleMesh, other: TriangleMesh) -> float:
-    """Return the root mean square distance between vertices of equal number, >= 0.
-
-    100 sqrt(mean |v_i - w_i|^2) / diagonal.
+    """Return 100 sqrt(mean |v_i - w_i|^2) / diagonal: the distance between vertices of equal number, in percent.
 
     Parameters
     ----------
     mesh, other : meshes of the same number of vertices
 
-    Returns
-    -------
-    Percent of the diagonal. Raises ValueError if the numbers of vertices differ.
-
     Examples
     --------
     >>> square = TriangleMesh([[0, 0, 0], [3, 0, 0], [0, 4, 0]], [[0, 1, 2]])
     >>> lifted = TriangleMesh(square.vertices + [0, 0, 0.05], square.faces)
-    >>> round(vertex_error(square, lifted), 12)
-    1.0
+    >>> round(vertex_error(square, lifted), 12), round(surface_error(square, lifted), 12)
+    (1.0, 1.0)
     """
     _same_size(mesh, other)
     gap = mesh.vertices - other.vertices
@@ -38,24 +32,16 @@ def vertex_error(mesh: TriangleMesh, other: TriangleMesh) -> float:
 
 
 def surface_error(mesh: TriangleMesh, other: TriangleMesh) -> float:
-    """Return the root mean square distance from one surface to the other, >= 0, the larger of both directions.
+    """Return the root mean square distance from one surface to the other, in percent, the larger of both directions.
 
     Distances are taken at vertices and face centres, to the nearest point of the other surface. Sliding a vertex along
-    a flat surface costs nothing.
-
-    Returns
-    -------
-    Percent of the first mesh's diagonal.
-
-    References
-    ----------
-    Cignoni, Rocchini and Scopigno, "Metro: measuring error on simplified surfaces" (1998).
+    a flat surface costs nothing (Cignoni, Rocchini and Scopigno, "Metro: measuring error on simplified surfaces",
+    1998).
 
     Examples
     --------
     >>> square = TriangleMesh([[0, 0, 0], [3, 0, 0], [0, 4, 0]], [[0, 1, 2]])
-    >>> lifted = TriangleMesh(square.vertices + [0, 0, 0.05], square.faces)
-    >>> round(surface_error(square, lifted), 12)
+    >>> round(surface_error(square, TriangleMesh(square.vertices + [0, 0, 0.05], square.faces)), 12)
     1.0
     """
     both = [_squared_distances(mesh, other), _squared_distances(other, mesh)]
@@ -63,11 +49,7 @@ def surface_error(mesh: TriangleMesh, other: TriangleMesh) -> float:
 
 
 def hausdorff_error(mesh: TriangleMesh, other: TriangleMesh) -> float:
-    """Return the largest distance from one surface to the other, >= 0, taken at vertices and face centres of both.
-
-    Returns
-    -------
-    Percent of the first mesh's diagonal.
+    """Return the largest distance from one surface to the other, in percent, at vertices and face centres of both.
 
     Examples
     --------
@@ -86,10 +68,6 @@ def normal_deviation(mesh: TriangleMesh, other: TriangleMesh) -> float:
     Parameters
     ----------
     mesh, other : meshes with the same faces
-
-    Returns
-    -------
-    Degrees, 0 .. 180. Raises ValueError if the faces differ.
 
     Examples
     --------

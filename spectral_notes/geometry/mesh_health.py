@@ -52,10 +52,9 @@ class MeshHealth:
     components : connected pieces, vertices without a face not counted
     boundary_loops : pieces that the boundary edges form
     euler_characteristic : vertices in use - edges + faces
-    genus : int or None, number of handles, summed over the pieces, holes taken as filled; None unless the mesh is
-        manifold and oriented
-    faults : dict of str to int, number of each fault of `CONSEQUENCES`, zeros included
-    volume : float or None, signed volume, positive where the faces point outward; None of a mesh with a boundary
+    genus : number of handles, summed over the pieces, holes taken as filled; None unless manifold and oriented
+    faults : number of each fault of `CONSEQUENCES`, zeros included
+    volume : signed volume, positive where the faces point outward; None of a mesh with a boundary
     crack : largest distance of the near duplicate vertices, 0 without any: what a weld must bridge
     """
 
@@ -103,17 +102,14 @@ def health(
 ) -> MeshHealth:
     """Count what may be wrong with a mesh, and its components, boundary loops and handles.
 
+    ``print(health(mesh))`` reads as a report with what each fault does.
+
     Parameters
     ----------
-    sliver_angle : a face is a sliver when it has an area but an angle below this, in degrees, 0 < angle
+    mesh : the mesh
+    sliver_angle : a face is a sliver when it has an area but an angle below this, in degrees, positive
     crossings : look for faces that cross and for pieces inside out, which takes the longest
-    nonplanar_polygons : how many polygons of the file were bent, where somebody counted; a mesh of triangles does not
-        remember
-
-    Returns
-    -------
-    MeshHealth: the counts; ``print(health(mesh))`` reads as a report with what each fault does. Raises TypeError or
-    ValueError if it is no mesh, or the angle is not positive.
+    nonplanar_polygons : how many polygons of the file were bent, where somebody counted; a mesh does not remember
 
     Examples
     --------

@@ -14,17 +14,13 @@ def nodal_domains(mesh: TriangleMesh, f: ArrayLike, *, tol: float = 0.0) -> IntA
     """Return the number of the nodal domain each vertex lies in, counted from 0; -1 on the nodal set itself.
 
     Two vertices share a domain when a chain of edges joins them along which f keeps its sign and is not zero. The
-    number of domains is ``labels.max() + 1``.
+    number of domains is ``labels.max() + 1``; they are numbered by their first vertices.
 
     Parameters
     ----------
+    mesh : with n vertices
     f : (n,), pointwise values
     tol : values up to tol * max |f| in magnitude count as zero
-
-    Returns
-    -------
-    (n,) ndarray of int64: the labels, in the order of each domain's first vertex. Raises TypeError or ValueError if f
-    does not hold one finite number per vertex, or tol is negative.
 
     Examples
     --------

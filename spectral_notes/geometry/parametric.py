@@ -21,18 +21,13 @@ STEP = 2e-3  # of the differences: truncation h^4 / 30 and rounding 1e-16 / h^2 
 
 
 def torus_surface(R: float = 1.0, r: float = 0.4) -> Surface:
-    r"""Return the torus of `shapes.torus` as a function of its two angles.
+    r"""Return the torus of `shapes.torus` as a function of its two angles, arrays of one shape, to points (..., 3).
 
     .. math:: (u, v) \mapsto ((R + r\cos v)\cos u,\ (R + r\cos v)\sin u,\ r\sin v)
 
     Parameters
     ----------
     R, r : radius of the tube's centre circle and of the tube, 0 < r < R
-
-    Returns
-    -------
-    Angles u (the long way round) and v (round the tube), arrays of one shape, to points (..., 3). Raises TypeError or
-    ValueError if the radii do not satisfy 0 < r < R.
 
     Examples
     --------
@@ -61,8 +56,8 @@ def torus_curvatures(v: ArrayLike, R: float = 1.0, r: float = 0.4) -> tuple[Floa
 
     Returns
     -------
-    K, H (n,): in 1 / squared unit and 1 / unit of the radii; H is positive where the surface bulges outwards. Raises
-    TypeError or ValueError if the angles are not finite numbers, or the radii do not satisfy 0 < r < R.
+    K : (n,), in 1 / squared unit of the radii
+    H : (n,), in 1 / unit of the radii; positive where the surface bulges outwards
 
     Examples
     --------
@@ -76,18 +71,14 @@ def torus_curvatures(v: ArrayLike, R: float = 1.0, r: float = 0.4) -> tuple[Floa
 
 
 def tangent_vectors(surface: Surface, u: ArrayLike, v: ArrayLike) -> tuple[FloatArray, FloatArray]:
-    """Return the two tangent vectors x_u and x_v: the velocities of the coordinate lines.
+    """Return the two tangent vectors x_u and x_v, (..., 3) each: the velocities of the coordinate lines.
+
+    By fourth-order central differences, to about 1e-11 where the formula has unit scales.
 
     Parameters
     ----------
     surface : parameters (u, v) to points (..., 3)
-    u, v : array_like, of one shape, parameters
-
-    Returns
-    -------
-    x_u, x_v (..., 3): derivatives by fourth-order central differences, to about 1e-11 where the formula has unit
-    scales. Raises TypeError or ValueError if the parameters are not finite numbers of one shape, or the surface does
-    not return three coordinates.
+    u, v : of one shape, parameters
 
     Examples
     --------
@@ -113,20 +104,15 @@ def unit_normals(surface: Surface, u: ArrayLike, v: ArrayLike) -> FloatArray:
 
 
 def first_fundamental_form(surface: Surface, u: ArrayLike, v: ArrayLike) -> FloatArray:
-    r"""Return the metric g: the symmetric 2 x 2 matrices of inner products of the tangent vectors.
+    r"""Return the metric g (..., 2, 2): the symmetric matrices of inner products of the tangent vectors.
 
     .. math:: g = J^\mathsf{T} J, \qquad J = (x_u \; x_v)
 
+    Positive definite where the tangent vectors are independent; singular where the chart collapses.
+
     Parameters
     ----------
-    surface : parameters (u, v) to points (..., 3)
-    u, v : array_like, of one shape, parameters
-
-    Returns
-    -------
-    (..., 2, 2): positive definite where the tangent vectors are independent; singular where the chart collapses. Raises
-    TypeError or ValueError if the parameters are not finite numbers of one shape, or the surface does not return three
-    coordinates.
+    surface, u, v : as in `tangent_vectors`
 
     Examples
     --------
@@ -142,18 +128,12 @@ def second_fundamental_form(surface: Surface, u: ArrayLike, v: ArrayLike) -> Flo
 
     .. math:: b = -\begin{pmatrix} x_{uu} \cdot N & x_{uv} \cdot N \\ x_{uv} \cdot N & x_{vv} \cdot N \end{pmatrix}
 
-    Most books have the opposite sign; this one makes an outward normal see a sphere as positive.
+    Symmetric, (..., 2, 2). Most books have the opposite sign; this one makes an outward normal see a sphere as
+    positive. Second derivatives by fourth-order differences, to about 1e-10 where the formula has unit scales.
 
     Parameters
     ----------
-    surface : parameters (u, v) to points (..., 3)
-    u, v : array_like, of one shape, parameters
-
-    Returns
-    -------
-    (..., 2, 2): symmetric; second derivatives by fourth-order differences, to about 1e-10 where the formula has unit
-    scales. Raises TypeError or ValueError if the parameters are not finite numbers of one shape, or the surface does
-    not return three coordinates.
+    surface, u, v : as in `tangent_vectors`
 
     Examples
     --------
@@ -174,16 +154,13 @@ def surface_curvatures(surface: Surface, u: ArrayLike, v: ArrayLike) -> tuple[Fl
 
     .. math:: K = \det(g^{-1} b), \qquad H = \tfrac12 \operatorname{tr}(g^{-1} b)
 
+    In 1 / squared unit and 1 / unit of the points; not a number where the chart collapses. Exchanging u and v turns the
+    normal and the sign of H, never that of K (Gray, Abbena and Salamon, "Modern Differential Geometry of Curves and
+    Surfaces", 2006, chapter 13).
+
     Parameters
     ----------
-    surface : parameters (u, v) to points (..., 3)
-    u, v : array_like, of one shape, parameters
-
-    Returns
-    -------
-    K, H (...): in 1 / squared unit and 1 / unit of the points. Exchanging u and v turns the normal and the sign of H,
-    never that of K. Not a number where the chart collapses. Raises TypeError or ValueError if the parameters are not
-    finite numbers of one shape, or the surface does not return three coordinates.
+    surface, u, v : as in `tangent_vectors`
 
     Examples
     --------
@@ -191,10 +168,6 @@ def surface_curvatures(surface: Surface, u: ArrayLike, v: ArrayLike) -> tuple[Fl
     >>> exact = torus_curvatures([0.0])
     >>> bool(abs(K - exact[0][0]) < 1e-8), bool(abs(H - exact[1][0]) < 1e-8)
     (True, True)
-
-    References
-    ----------
-    Gray, Abbena and Salamon, "Modern Differential Geometry of Curves and Surfaces" (2006), chapter 13.
     """
     g = first_fundamental_form(surface, u, v)
     b = second_fundamental_form(surface, u, v)
@@ -214,13 +187,8 @@ def patch_area(surface: Surface, u_range: ArrayLike, v_range: ArrayLike, n: int 
     Parameters
     ----------
     surface : parameters (u, v) to points (..., 3)
-    u_range, v_range : array_like (2,), first and last value of each parameter, increasing
+    u_range, v_range : (2,), first and last value of each parameter, increasing
     n : cells in each direction
-
-    Returns
-    -------
-    In squared units of the points. Raises TypeError or ValueError if a range does not increase, or `n` is not an
-    integer of at least 1.
 
     Examples
     --------
@@ -240,17 +208,13 @@ def patch_mesh(
 ) -> TriangleMesh:
     """Return the mesh of a patch on an even grid of its parameters, both ends included.
 
+    Vertex ``i * n_v + j`` lies at the i-th u and the j-th v; faces wind as x_u turns to x_v.
+
     Parameters
     ----------
-    surface : parameters (u, v) to points (..., 3)
-    u_range, v_range : array_like (2,), first and last value of each parameter, increasing
+    surface, u_range, v_range : as in `patch_area`
     n_u, n_v : vertices in each direction, at least 2
-
-    Returns
-    -------
-    Vertex ``i * n_v + j`` lies at the i-th u and the j-th v; faces wind as x_u turns to x_v. Raises TypeError or
-    ValueError if a range does not increase, a count is below 2, or the surface does not return three finite
-    coordinates.
+    name : what the mesh is called
 
     Examples
     --------
@@ -266,18 +230,12 @@ def patch_mesh(
 def coordinate_lines(
     surface: Surface, u_range: ArrayLike, v_range: ArrayLike, n_u: int = 7, n_v: int = 7
 ) -> tuple[FloatArray, ...]:
-    """Return the curves on a patch along which one parameter stands still, as polylines of 129 points.
+    """Return the curves on a patch along which u, then those along which v stands still, as polylines (129, 3).
 
     Parameters
     ----------
-    surface : parameters (u, v) to points (..., 3)
-    u_range, v_range : array_like (2,), first and last value of each parameter, increasing
+    surface, u_range, v_range : as in `patch_area`
     n_u, n_v : curves of constant u and of constant v, evenly spaced from end to end
-
-    Returns
-    -------
-    (129, 3) tuple of ndarray: first the curves of constant u, then those of constant v. Raises TypeError or ValueError
-    if a range does not increase, or a count is negative.
 
     Examples
     --------

@@ -8,10 +8,9 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from spectral_notes._checks import FloatArray, IntArray, as_count, as_indices
-from spectral_notes._points import farthest_points
 from spectral_notes.eigenbasis import Eigenbasis
 from spectral_notes.functional_maps import as_functional_map, functional_map, nearest_rows, point_map, size_ratio
-from spectral_notes.meshes import TriangleMesh
+from spectral_notes.meshes import TriangleMesh, farthest_points
 
 
 def icp(basis_1: Eigenbasis, basis_2: Eigenbasis, C_12: ArrayLike, *, n_rounds: int = 10) -> FloatArray:

@@ -14,17 +14,13 @@ from spectral_notes.shapes.stored import load_stored
 
 
 def goat(pose: str = "rest") -> TriangleMesh:
-    """Return a goat of about 14,400 vertices, its head towards x and its back towards y: closed, genus 0.
+    """Return a goat of about 14,400 vertices, its head towards x and its back towards y: closed, genus 0, 1.8 long.
 
-    Its poses share the faces and are nearly isometric.
+    Its poses share the faces and are nearly isometric; the smallest angle at rest is above 20 degrees.
 
     Parameters
     ----------
     pose : {"rest", "walk", "look"}, what it does
-
-    Returns
-    -------
-    About 1.8 long; the smallest angle at rest is above 20 degrees. Raises ValueError if the pose is none of these.
 
     Examples
     --------
@@ -36,22 +32,17 @@ def goat(pose: str = "rest") -> TriangleMesh:
 
 
 def doll(pose: str = "rest", connectivity: str = "same") -> TriangleMesh:
-    """Return a jointed person of about 9,000 vertices with a ball in the left hand: closed, genus 0.
+    """Return a jointed person of about 9,000 vertices with a ball in the left hand: closed, genus 0, 1.8 tall.
 
     Twenty round cones make the person, which is its own mirror image; the ball tells left from right. The poses share
     their vertices' order and their faces and are nearly isometric. The remeshed copies have other triangles: their
-    vertices are points of the first mesh's faces, see `doll_correspondence`.
+    vertices are points of the first mesh's faces, see `doll_correspondence`. It stands upright along y and looks
+    towards z; its left hand is on the side of x > 0. The smallest angle at rest is above 20 degrees.
 
     Parameters
     ----------
-    pose : {"rest", "arms_down", "walk", "wave"}, what it does. It stands upright along y and looks towards z; its left
-        hand is on the side of x > 0.
+    pose : {"rest", "arms_down", "walk", "wave"}, what it does
     connectivity : {"same", "remeshed"}, the triangulation
-
-    Returns
-    -------
-    About 1.8 tall; the smallest angle at rest is above 20 degrees. Raises ValueError if the pose or the connectivity is
-    none of these.
 
     Examples
     --------
@@ -72,11 +63,9 @@ def doll(pose: str = "rest", connectivity: str = "same") -> TriangleMesh:
 def doll_correspondence() -> sp.csr_array:
     """Return the true correspondence P of the remeshed doll to the doll, the same in every pose; its rows sum to one.
 
-    Row i holds the barycentric coordinates of vertex i of the remeshed doll in a face of the doll, so that
-    ``P @ doll(pose).vertices`` are its vertices, and ``P @ f`` carries a function over. The nearest single vertex is
-    ``P.argmax(axis=1)``, a map from the remeshed doll to the doll.
-
-    Returns csr_array (n_remeshed, n): entries from 0 to 1, at most three a row.
+    Row i of P (n_remeshed, n), sparse, holds the barycentric coordinates of vertex i of the remeshed doll in a face of
+    the doll, so that ``P @ doll(pose).vertices`` are its vertices, and ``P @ f`` carries a function over. The nearest
+    single vertex is ``P.argmax(axis=1)``, a map from the remeshed doll to the doll.
 
     Examples
     --------
@@ -96,7 +85,7 @@ def doll_correspondence() -> sp.csr_array:
 def bracket() -> TriangleMesh:
     """Return a machined bracket of about 8,900 vertices: a plate with four bolt holes and two bored lugs, genus 6.
 
-    Returns Closed, 2 long (x), 1.4 wide (y), 1.05 high (z); the smallest angle is above 20 degrees.
+    Closed, 2 long (x), 1.4 wide (y), 1.05 high (z); the smallest angle is above 20 degrees.
 
     Examples
     --------

@@ -37,15 +37,12 @@ _DRUM_TILES = (
 def rectangle(width: float = 1.0, height: float = 1.0, n_x: int = 41, n_y: int = 41) -> TriangleMesh:
     """Return a rectangle from the origin, on a grid of n_x by n_y vertices, each cell cut along the same diagonal.
 
+    Vertex ``i * n_y + j`` lies at the i-th x and the j-th y.
+
     Parameters
     ----------
     width, height : extent in x and in y, positive
     n_x, n_y : vertices along x and along y, at least 2
-
-    Returns
-    -------
-    Vertex ``i * n_y + j`` lies at the i-th x and the j-th y. Raises TypeError or ValueError if a size is not positive
-    or a count below 2.
 
     Examples
     --------
@@ -69,11 +66,6 @@ def disk(radius: float = 1.0, n_rings: int = 32) -> TriangleMesh:
     radius : radius, positive
     n_rings : rings of triangles, at least 1; the mesh has ``1 + 3 * n_rings * (n_rings + 1)`` vertices
 
-    Returns
-    -------
-    One boundary loop of ``6 * n_rings`` vertices. Raises TypeError or ValueError if the radius is not positive or
-    `n_rings` is below 1.
-
     Examples
     --------
     >>> disk(n_rings=2)
@@ -95,10 +87,6 @@ def equilateral_triangle(side: float = 1.0, refinement: int = 32) -> TriangleMes
     side : length of a side, positive
     refinement : parts into which each side is cut, at least 1
 
-    Returns
-    -------
-    All angles are 60 degrees. Raises TypeError or ValueError if the side is not positive or `refinement` is below 1.
-
     Examples
     --------
     >>> equilateral_triangle(refinement=4)
@@ -115,16 +103,12 @@ def gww_drums(refinement: int = 16) -> tuple[TriangleMesh, TriangleMesh]:
     """Return the two drums of Gordon, Webb and Wolpert (1992): different shapes with the same spectrum.
 
     Each is made of seven right isosceles triangles with legs of length 2, neighbours being mirror images. Every tile is
-    refined in the same way, so that the two meshes, too, have the same discrete spectrum.
+    refined in the same way, so that the two meshes, too, have the same discrete spectrum. Both have area 14 and
+    perimeter 12 + 6 sqrt(2).
 
     Parameters
     ----------
     refinement : parts into which each leg of a tile is cut, at least 1
-
-    Returns
-    -------
-    tuple of TriangleMesh: both have area 14 and perimeter 12 + 6 sqrt(2). Raises TypeError or ValueError if
-    `refinement` is not an integer of at least 1.
 
     Examples
     --------
@@ -150,9 +134,8 @@ def flat_torus(width: float = 1.0, height: float = 1.0, n_x: int = 32, n_y: int 
 
     Returns
     -------
-    faces ndarray (m, 3): vertex ``i * n_y + j`` lies at (i width / n_x, j height / n_y); lengths ndarray (m, 3): column
-    c holds the length of the edge opposite to corner c of each face, as in libigl. Raises TypeError or ValueError if a
-    size is not positive or a count below 3.
+    faces : (m, 3); vertex ``i * n_y + j`` lies at (i width / n_x, j height / n_y)
+    lengths : (m, 3); column c holds the edge opposite to corner c of each face, as in libigl
 
     Examples
     --------

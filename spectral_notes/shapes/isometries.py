@@ -10,21 +10,17 @@ from spectral_notes.shapes.triangulations import grid_faces, ring_coordinates, r
 
 
 def sheet(bend: float = 0.0, n_long: int = 61, n_wide: int = 37) -> TriangleMesh:
-    r"""Return a sheet of paper, 1 by 0.6, bent without stretching: every edge keeps its length to rounding.
+    """Return a sheet of paper, 1 by 0.6, bent without stretching: every edge keeps its length to rounding.
 
     Its cross-section is a chain of equal chords that follows a logarithmic spiral whose radius doubles with each turn,
-    so that a rolled sheet does not meet itself. The rulings run along y.
+    so that a rolled sheet does not meet itself. The rulings run along y. The faces do not depend on `bend`: vertex
+    ``i * n_wide + j`` is always the same point of paper.
 
     Parameters
     ----------
-    bend : the angle in radians by which the sheet turns from its first chord to its last: 0 is flat, 2.4 an arch, 4 pi,
-        a roll of two turns; negative values bend the other way
+    bend : the angle in radians by which the sheet turns from its first chord to its last
+        0 is flat, 2.4 an arch, 4 pi a roll of two turns; negative values bend the other way.
     n_long, n_wide : vertices along the length and across, at least 2
-
-    Returns
-    -------
-    With a boundary; the faces do not depend on `bend`: vertex ``i * n_wide + j`` is always the same point of paper.
-    Raises TypeError or ValueError if `bend` is not a finite number, or a count is below 2.
 
     Examples
     --------
@@ -48,22 +44,17 @@ def sheet(bend: float = 0.0, n_long: int = 61, n_wide: int = 37) -> TriangleMesh
 
 
 def spherical_cap(half_angle: float = 1.2, n_rings: int = 36, rings_pushed_in: int = 0) -> TriangleMesh:
-    r"""Return a cap of the unit sphere about the z axis; its innermost rings may be pushed in without stretching.
+    """Return a cap of the unit sphere about the z axis; its innermost rings may be pushed in without stretching.
 
     Ring k of the mesh is the circle at the angle ``half_angle * k / n_rings`` from the pole. Pushing in mirrors the
     part inside a ring in the plane of that ring: all edges keep their lengths, yet no motion carries one cap to the
-    other.
+    other. The faces do not depend on it.
 
     Parameters
     ----------
     half_angle : angle from the pole to the boundary in radians, between 0 and pi
     n_rings : rings of triangles; the mesh has ``1 + 3 * n_rings * (n_rings + 1)`` vertices
     rings_pushed_in : how many of the rings lie inside the mirror, 0 to n_rings
-
-    Returns
-    -------
-    One boundary loop; the faces do not depend on `rings_pushed_in`. Raises TypeError or ValueError if `half_angle` does
-    not lie between 0 and pi, or a count is out of range.
 
     Examples
     --------

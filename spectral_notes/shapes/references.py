@@ -27,7 +27,7 @@ DRUM_EIGENVALUES.setflags(write=False)
 
 
 def sphere_eigenvalues(k: int, radius: float = 1.0) -> FloatArray:
-    r"""Return the first k eigenvalues of a sphere, ascending, each as often as it occurs.
+    r"""Return the first k eigenvalues of a sphere, ascending, each as often as it occurs, in 1 / length^2.
 
     .. math:: \lambda = l (l + 1) / R^2, \quad 2 l + 1 \text{ times}, \quad l = 0, 1, 2, \dots
 
@@ -35,10 +35,6 @@ def sphere_eigenvalues(k: int, radius: float = 1.0) -> FloatArray:
     ----------
     k : how many, at least 1
     radius : radius R, positive
-
-    Returns
-    -------
-    (k,): eigenvalues, in 1 / length^2. Raises TypeError or ValueError if k is not a count or the radius not positive.
 
     Examples
     --------
@@ -67,8 +63,7 @@ def spherical_harmonics(points: ArrayLike, degree: int) -> FloatArray:
 
     Returns
     -------
-    (n, 2 l + 1): pointwise values; order m = -l .. l, the sines first. Raises TypeError or ValueError if the degree is
-    not a count, or a point lies at the origin.
+    Y : (n, 2 l + 1), pointwise values; order m = -l .. l, the sines first
 
     Examples
     --------
@@ -105,8 +100,7 @@ def weyl_count(values: ArrayLike, area: float, boundary: float = 0.0, *, ends: s
 
     Returns
     -------
-    (p,): counts, not rounded; the law is an average. Raises TypeError or ValueError if a value is negative, the area
-    not positive, the boundary negative or the condition neither of the two.
+    counts : (p,), not rounded; the law is an average
 
     Examples
     --------
@@ -123,10 +117,11 @@ def weyl_count(values: ArrayLike, area: float, boundary: float = 0.0, *, ends: s
 
 
 def principal_angles(A: ArrayLike, B: ArrayLike, M: sp.csr_array) -> FloatArray:
-    r"""Return the angles between two subspaces in the inner product of M, ascending: all zero where B lies in A's span.
+    """Return the angles between two subspaces in the inner product of M, ascending: all zero where B lies in A's span.
 
-    With :math:`Q_A, Q_B` M-orthonormal bases, the sines are the singular values of
-    :math:`Q_B - Q_A (Q_A^T M Q_B)` in the norm of M. No choice of basis, sign or rotation changes them.
+    With :math:`Q_A, Q_B` M-orthonormal bases, the sines are the singular values of :math:`Q_B - Q_A (Q_A^T M Q_B)` in
+    the norm of M. No choice of basis, sign or rotation changes them (Björck and Golub, "Numerical methods for computing
+    angles between linear subspaces", 1973).
 
     Parameters
     ----------
@@ -136,12 +131,7 @@ def principal_angles(A: ArrayLike, B: ArrayLike, M: sp.csr_array) -> FloatArray:
 
     Returns
     -------
-    (q,): angles in radians, 0 .. pi / 2. Raises TypeError or ValueError if the shapes do not fit, or B has more columns
-    than A.
-
-    References
-    ----------
-    Björck and Golub, "Numerical methods for computing angles between linear subspaces" (1973).
+    angles : (q,), in radians, 0 .. pi / 2
 
     Examples
     --------

@@ -20,13 +20,18 @@ def coarse_copy(mesh: TriangleMesh, n: int) -> tuple[TriangleMesh, sp.csr_array]
 
     Parameters
     ----------
-    mesh : the mesh, a manifold
+    mesh : a manifold, under whose name the copy goes
     n : vertices wanted, at least 4
 
     Returns
     -------
-    coarse: the copy, under the mesh's name; P (n_coarse, n_mesh) csr_array: rows sum to one. Raises TypeError or
-    ValueError if n is out of range, or the mesh cannot be simplified, as one that is not manifold cannot.
+    coarse : the copy
+    P : (n_coarse, n_mesh) csr_array, whose rows sum to one
+
+    Raises
+    ------
+    ValueError
+        If the mesh cannot be simplified, as one that is not manifold cannot.
 
     Examples
     --------

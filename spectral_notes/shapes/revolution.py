@@ -31,15 +31,16 @@ def revolution_eigenvalues(profile: Profile, k: int, *, kind: str, n: int = 64) 
     Parameters
     ----------
     profile : takes t (p,), returns the radius r and the speed w, both (p,) and positive inside
-    k : how many eigenvalues, 1 .. n^2 / 16.
-    kind : {"poles", "ring"}, "poles": t runs from 0 to pi and the profile meets the axis smoothly at both ends, r /
-        sin, t being smooth, as on a sphere. "ring": t runs round a closed profile, from 0 to 2 pi, as on a torus.
+    k : how many eigenvalues, 1 .. n^2 / 16
+    kind : {"poles", "ring"}
+        "poles": t runs from 0 to pi and the profile meets the axis smoothly at both ends, r / sin t being smooth, as on
+        a sphere. "ring": t runs round a closed profile, from 0 to 2 pi, as on a torus.
     n : resolution, at least 8
 
     Returns
     -------
-    evals (k,): eigenvalues, in 1 / length^2; orders (k,) ndarray of int64: the order m of each; m > 0 comes twice.
-    Raises TypeError or ValueError if a count is out of range or the kind neither of the two.
+    evals : (k,), in 1 / length^2
+    orders : (k,), the order m of each; m > 0 comes twice
 
     Examples
     --------
@@ -67,12 +68,7 @@ def egg_eigenvalues(k: int, *, n: int = 64) -> tuple[FloatArray, IntArray]:
 
     Parameters
     ----------
-    k : how many, 1 .. n^2 / 16.
-    n : resolution, at least 8
-
-    Returns
-    -------
-    evals (k,): eigenvalues; the egg is 2.6 high; orders (k,) ndarray of int64: the order m of each; m > 0 comes twice.
+    k, n : as in `revolution_eigenvalues`
 
     Examples
     --------
@@ -94,14 +90,8 @@ def torus_eigenvalues(k: int, R: float = 1.0, r: float = 0.4, *, n: int = 64) ->
 
     Parameters
     ----------
-    k : how many, 1 .. n^2 / 16.
+    k, n : as in `revolution_eigenvalues`
     R, r : radius of the tube's centre circle and of the tube, 0 < r < R
-    n : resolution, at least 8
-
-    Returns
-    -------
-    evals (k,): eigenvalues, in 1 / length^2; orders (k,) ndarray of int64: the order m of each; m > 0 comes twice.
-    Raises TypeError or ValueError if a count is out of range, or the radii do not satisfy 0 < r < R.
 
     Examples
     --------

@@ -17,15 +17,11 @@ def terrain(step: int = 4) -> TriangleMesh:
 
     The elevations, in whole metres, are sample data that Matplotlib ships, one value every three arc seconds, laid on a
     plane that touches the Earth in the middle of the map. x points east, y north, z up; heights are not exaggerated.
+    The south-west corner is at x = y = 0; vertex ``i * n_y + j`` is the i-th from the west and the j-th from the south.
 
     Parameters
     ----------
     step : take each step-th sample in both directions, 1 to 100; 4 gives 8,686 vertices about 300 m apart
-
-    Returns
-    -------
-    The map's south-west corner is at x = y = 0; vertex ``i * n_y + j`` is the i-th from the west and the j-th from the
-    south. Raises TypeError or ValueError if `step` is not an integer between 1 and 100.
 
     Examples
     --------
@@ -45,20 +41,16 @@ def terrain(step: int = 4) -> TriangleMesh:
 
 
 def sample_points(mesh: TriangleMesh, n: int, seed: int = 0) -> PointCloud:
-    """Return n random points of a mesh, independent and uniform by area.
+    """Return n random points of a mesh, independent and uniform by area, on the faces to rounding.
 
     A face is drawn with probability proportional to its area, then a point of it (Osada et al., Shape Distributions,
     2002).
 
     Parameters
     ----------
+    mesh : the surface, after which the cloud is named
     n : number of points, at least 1
     seed : each seed is another cloud
-
-    Returns
-    -------
-    The points, on the faces to rounding; named after the mesh. Raises TypeError or ValueError if `n` is not an integer
-    of at least 1, or `seed` not one of at least 0.
 
     Examples
     --------

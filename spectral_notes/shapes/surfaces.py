@@ -20,10 +20,6 @@ def sphere(subdivisions: int = 5) -> TriangleMesh:
     ----------
     subdivisions : how often each triangle is split in four, 0 to 8
 
-    Returns
-    -------
-    Closed, genus 0. Raises TypeError or ValueError if `subdivisions` is not an integer between 0 and 8.
-
     Examples
     --------
     >>> sphere(3)
@@ -39,17 +35,13 @@ def sphere(subdivisions: int = 5) -> TriangleMesh:
 
 
 def egg(subdivisions: int = 5) -> TriangleMesh:
-    r"""Return an egg: a surface of revolution about the z axis, blunt below and slender above.
+    r"""Return an egg 2.6 high: a surface of revolution about the z axis, blunt below and slender above.
 
     The unit sphere's point :math:`(x, y, z)` goes to :math:`(x e^{-0.18 \cdot 1.3 z}, y e^{-0.18 \cdot 1.3 z}, 1.3 z)`.
 
     Parameters
     ----------
-    subdivisions : how often each triangle of an icosahedron is split in four, 0 to 8
-
-    Returns
-    -------
-    Closed, genus 0; 2.6 high. Raises TypeError or ValueError if `subdivisions` is not an integer between 0 and 8.
+    subdivisions : as in `sphere`
 
     Examples
     --------
@@ -63,7 +55,7 @@ def egg(subdivisions: int = 5) -> TriangleMesh:
 
 
 def potato(seed: int = 0, subdivisions: int = 5) -> TriangleMesh:
-    r"""Return a smooth lump: a stretched sphere, pushed along its radii by a few long waves.
+    r"""Return a smooth lump, about 2.8 long: a stretched sphere, pushed along its radii by a few long waves.
 
     The unit sphere's point :math:`x` goes to :math:`s \odot x\,(1 + \sum_i a_i \sin(k_i \cdot x + \varphi_i))` with six
     waves of amplitude 0.06, random directions, wavelengths from 1.5 to 3.5, and the stretch :math:`s = (1.4, 1, 0.9)`.
@@ -71,12 +63,7 @@ def potato(seed: int = 0, subdivisions: int = 5) -> TriangleMesh:
     Parameters
     ----------
     seed : each seed is another potato
-    subdivisions : how often each triangle of an icosahedron is split in four, 0 to 8
-
-    Returns
-    -------
-    Closed, genus 0; about 2.8 long. Raises TypeError or ValueError if `seed` is not an integer of at least 0, or
-    `subdivisions` not one between 0 and 8.
+    subdivisions : as in `sphere`
 
     Examples
     --------
@@ -98,15 +85,12 @@ def torus(n_major: int = 120, n_minor: int = 50, R: float = 1.0, r: float = 0.4)
 
     .. math:: ((R + r\cos v)\cos u,\ (R + r\cos v)\sin u,\ r\sin v)
 
+    Vertex ``i * n_minor + j`` lies at u = 2 pi i / n_major, v = 2 pi j / n_minor.
+
     Parameters
     ----------
     n_major, n_minor : steps in u, the long way round, and in v, round the tube; at least 3
     R, r : radius of the tube's centre circle and of the tube, 0 < r < R
-
-    Returns
-    -------
-    Closed, genus 1; vertex ``i * n_minor + j`` lies at u = 2 pi i / n_major, v = 2 pi j / n_minor. Raises TypeError or
-    ValueError if a count is below 3, or the radii do not satisfy 0 < r < R.
 
     Examples
     --------
@@ -131,19 +115,15 @@ def torus_patch(
 ) -> TriangleMesh:
     """Return the part of a torus over a rectangle of its two angles: a surface with one boundary loop.
 
-    The points are those of `torus`; the angles are evenly spaced and hold both ends.
+    The points are those of `torus`; the angles are evenly spaced and hold both ends. Vertex ``i * n_minor + j`` lies at
+    the i-th u and the j-th v.
 
     Parameters
     ----------
-    u_range, v_range : array_like (2,), first and last angle in radians, the long way round and round the tube;,
-        increasing, less than a full turn apart
+    u_range, v_range : (2,), first and last angle in radians, the long way round and round the tube
+        Increasing, less than a full turn apart.
     n_major, n_minor : vertices in u and in v, at least 2
     R, r : radius of the tube's centre circle and of the tube, 0 < r < R
-
-    Returns
-    -------
-    Vertex ``i * n_minor + j`` lies at the i-th u and the j-th v. Raises TypeError or ValueError if a range does not
-    increase or is a full turn or more, a count is below 2, or not 0 < r < R.
 
     Examples
     --------

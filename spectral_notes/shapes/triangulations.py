@@ -12,17 +12,6 @@ def grid_faces(n_i: int, n_j: int, *, closed: bool = False) -> IntArray:
 
     A closed grid joins its last lines to its first.
 
-    Parameters
-    ----------
-    n_i, n_j : vertices in each direction
-    closed : whether both directions close up
-
-    Returns
-    -------
-    ndarray (m, 3): faces.
-
-    Examples
-    --------
     >>> grid_faces(2, 2).tolist()
     [[0, 2, 3], [0, 3, 1]]
     """
@@ -35,21 +24,7 @@ def grid_faces(n_i: int, n_j: int, *, closed: bool = False) -> IntArray:
 
 
 def ring_coordinates(n_rings: int) -> tuple[FloatArray, FloatArray]:
-    """Return for each vertex of a mesh of rings its ring, 0 to n_rings, and its angle; ring k holds 6 k vertices.
-
-    Parameters
-    ----------
-    n_rings : rings about the centre, which is vertex 0
-
-    Returns
-    -------
-    ring, angle ndarray (n,): ring number and angle in radians.
-
-    Examples
-    --------
-    >>> ring_coordinates(1)[0].tolist()
-    [0.0, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0]
-    """
+    """Return for each vertex of a mesh of rings its ring, 0 to n_rings, and its angle; ring k holds 6 k vertices."""
     sizes = np.maximum(6 * np.arange(n_rings + 1), 1)
     ring = np.repeat(np.arange(n_rings + 1), sizes)
     place = np.arange(sizes.sum()) - np.repeat(np.cumsum(sizes) - sizes, sizes)
@@ -57,21 +32,7 @@ def ring_coordinates(n_rings: int) -> tuple[FloatArray, FloatArray]:
 
 
 def ring_faces(n_rings: int) -> IntArray:
-    """Return the faces of the mesh whose vertices `ring_coordinates` places, counter-clockwise.
-
-    Parameters
-    ----------
-    n_rings : rings about the centre
-
-    Returns
-    -------
-    ndarray (6 * n_rings**2, 3): faces.
-
-    Examples
-    --------
-    >>> ring_faces(1)[0].tolist()
-    [1, 2, 0]
-    """
+    """Return the 6 n_rings^2 faces of the mesh whose vertices `ring_coordinates` places, counter-clockwise."""
     faces = []
     for k in range(1, n_rings + 1):
         start, inner_start = 1 + 3 * k * (k - 1), 1 + 3 * (k - 1) * (k - 2) if k > 1 else 0
@@ -88,18 +49,8 @@ def ring_faces(n_rings: int) -> IntArray:
 def split_triangle(corners: FloatArray, n: int) -> tuple[FloatArray, IntArray]:
     """Return points and faces of a triangle whose sides are cut into n parts: n**2 copies of it, n times smaller.
 
-    Parameters
-    ----------
-    corners : ndarray (3, d), the triangle
-    n : parts a side
+    Corner 0 comes first, and the faces are oriented like the triangle, whose corners (3, d) may lie in any space.
 
-    Returns
-    -------
-    points ndarray ((n + 1) * (n + 2) / 2, d): the points, corner 0 first; faces ndarray (n**2, 3): faces, oriented like
-    the triangle.
-
-    Examples
-    --------
     >>> split_triangle(np.array([[0.0, 0.0], [2.0, 0.0], [0.0, 2.0]]), 2)[1].tolist()
     [[0, 3, 1], [1, 4, 2], [3, 5, 4], [3, 4, 1]]
     """

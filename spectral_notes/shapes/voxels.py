@@ -26,16 +26,10 @@ class VoxelGrid:
 
     Parameters
     ----------
-    inside : (n_x, n_y, n_z), whether each cube belongs to the solid; at least one does
+    inside : (n_x, n_y, n_z) of booleans, whether each cube belongs to the solid; at least one does
     corner : (3,), corner of the cube (0, 0, 0) with the smallest coordinates
-    step : edge length of the cubes, in the unit of the corner
-    name : what the solid is called, for titles; the part before the first ``_`` chooses its camera in pictures
-
-    Raises
-    ------
-    TypeError, ValueError
-        If `inside` is no three-dimensional array of booleans or False everywhere, the corner is not finite, or the
-        step is not positive.
+    step : edge length of the cubes, positive, in the unit of the corner
+    name : what the solid is called, for titles
 
     Examples
     --------
@@ -85,18 +79,19 @@ class VoxelGrid:
 def voxelize(mesh: TriangleMesh, step: float) -> VoxelGrid:
     """Return the cubes whose centres lie inside a closed mesh: those that the surface winds around.
 
-    The winding number of a point is the solid angle under which it sees the surface over 4 pi: 1 inside, 0 outside,
-    and -1 inside a mesh whose normals point in.
+    The winding number of a point is the solid angle under which it sees the surface over 4 pi: 1 inside, 0 outside, and
+    -1 inside a mesh whose normals point in (Barill et al., "Fast winding numbers for soups and clouds", 2018). A rim of
+    empty cubes stays around the mesh.
 
     Parameters
     ----------
     mesh : a closed mesh whose faces agree which side is out
     step : edge length of the cubes, in units of the vertices
 
-    Returns
-    -------
-    VoxelGrid: with a rim of empty cubes around the mesh. Raises TypeError or ValueError if the mesh has a boundary, the
-    step is not positive or so small that the grid would be enormous, or no centre lies inside.
+    Raises
+    ------
+    TypeError, ValueError
+        If the step is so small that the grid would be enormous, or no centre lies inside.
 
     Examples
     --------
@@ -104,10 +99,6 @@ def voxelize(mesh: TriangleMesh, step: float) -> VoxelGrid:
     >>> ball = voxelize(sphere(4), 0.05)
     >>> round(ball.volume / (4 * np.pi / 3), 2)
     1.0
-
-    References
-    ----------
-    Barill et al., "Fast winding numbers for soups and clouds" (2018).
     """
     if not is_closed(mesh):
         raise ValueError("mesh must be closed to have an inside; it has boundary edges")
@@ -127,13 +118,8 @@ def voxel_shell(mesh: TriangleMesh, step: float, half_width: float = 2.0) -> Vox
     Parameters
     ----------
     mesh : the surface, closed or with a boundary
-    step : edge length of the cubes, in units of the vertices
-    half_width : largest distance of a centre from the surface, in steps
-
-    Returns
-    -------
-    VoxelGrid: the shell; its volume is near the area times 2 half_width step. Raises TypeError or ValueError if step or
-    half_width is not positive, or the grid would be enormous.
+    step : edge length of the cubes, in units of the vertices, as for `voxelize`
+    half_width : largest distance of a centre from the surface, in steps, positive
 
     Examples
     --------
@@ -154,14 +140,6 @@ def voxel_skin(grid: VoxelGrid) -> TriangleMesh:
 
     The skin is closed. Where cubes touch along an edge or in a corner only, it is not a manifold there. Its area does
     not tend to that of the surface it stands for: a sphere's skin keeps 3/2 of the sphere's area at every step.
-
-    Parameters
-    ----------
-    grid : VoxelGrid, the solid
-
-    Returns
-    -------
-    Vertices at corners of cubes.
 
     Examples
     --------
@@ -189,15 +167,8 @@ def voxel_skin(grid: VoxelGrid) -> TriangleMesh:
 def voxel_graph(grid: VoxelGrid) -> sp.csr_array:
     """Return the weights of the graph that joins cubes of the solid with a common face, each with weight 1.
 
-    The eigenvalues of its Laplacian over step^2 tend to those of the solid with free boundary (Neumann).
-
-    Parameters
-    ----------
-    grid : VoxelGrid, the solid
-
-    Returns
-    -------
-    (n_voxels, n_voxels) csr_array: symmetric, zeros and ones; vertices in the order of ``grid.centers``.
+    The eigenvalues of its Laplacian over step^2 tend to those of the solid with free boundary (Neumann). Rows and
+    columns of the sparse matrix are in the order of ``grid.centers``.
 
     Examples
     --------
@@ -254,15 +225,7 @@ def voxel_tetrahedra(grid: VoxelGrid) -> tuple[FloatArray, IntArray]:
 def voxel_euler_characteristic(grid: VoxelGrid) -> int:
     """Return corners - edges + faces - cubes of the solid, each shared one counted once: pieces - tunnels + cavities.
 
-    Cubes that touch anywhere count as joined.
-
-    Parameters
-    ----------
-    grid : VoxelGrid, the solid
-
-    Returns
-    -------
-    1 for a ball, 0 for a ring.
+    1 for a ball, 0 for a ring. Cubes that touch anywhere count as joined.
 
     Examples
     --------
