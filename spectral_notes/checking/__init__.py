@@ -3,7 +3,7 @@
 A check accepts every right answer (either sign of a mode, any basis of a repeated eigenspace, sparse or dense, single
 precision) and says of a wrong one which law it breaks, by how much, where, and what slip is likely: never the solution.
 It does not raise, whatever the answer may be; a placeholder (`...` or None) is told kindly. Exercises print a verdict,
-`verdict.require()` raises for marking, and `if verdict:` asks whether the answer is right.
+and `if verdict:` asks whether the answer is right.
 
 >>> print(check_number(..., 2.0))
 Not attempted yet. Replace the dots, run that cell, then this one.

@@ -16,17 +16,15 @@ WITHIN = 1e-5  # of the largest entry: single precision passes
 
 @judged
 def check_curvature(answer: object, mesh: TriangleMesh, *, kind: str = "defect") -> Verdict:
-    """Judge a curvature at the vertices of a closed mesh.
+    """Judge a curvature at the vertices of a closed mesh, one number a vertex.
 
     Parameters
     ----------
-    answer : one number a vertex
-    kind : {"defect", "gaussian", "mean"}, the angle defect (integrated), the Gaussian curvature (pointwise), or the,
-        mean curvature (pointwise, of either sign); pointwise ones by Voronoi areas or by thirds
-
-    Returns
-    -------
-    Verdict: right if every value is.
+    answer : what the student passes
+    mesh : the surface
+    kind : {"defect", "gaussian", "mean"}
+        The angle defect (integrated), the Gaussian curvature (pointwise), or the mean curvature (pointwise, of either
+        sign); pointwise ones by Voronoi areas or by thirds.
 
     Examples
     --------

@@ -20,18 +20,14 @@ WITHIN = 1e-4  # single precision passes
 def check_functional_map(
     answer: object, basis_1: Eigenbasis, basis_2: Eigenbasis, p2p_21: ArrayLike, *, within: float = WITHIN
 ) -> Verdict:
-    """Judge a functional map C_12 (k2, k1), from functions on 1 to functions on 2.
+    """Judge a functional map C_12 (k2, k1), from functions on 1 to functions on 2: evecs_2^T M_2 evecs_1[p2p_21].
 
     Parameters
     ----------
-    answer : the matrix
+    answer : what the student passes
     basis_1, basis_2 : the bases it is written in
-    p2p_21 : (n2,) int array, the point map: the vertex of 1 for each vertex of 2
+    p2p_21 : (n2,) int, the point map: the vertex of 1 for each vertex of 2
     within : how far off an entry may be; entries of a good map are at most about 1
-
-    Returns
-    -------
-    Verdict: right if C_12 = evecs_2^T M_2 evecs_1[p2p_21].
 
     Examples
     --------
@@ -40,8 +36,6 @@ def check_functional_map(
     >>> one, two = (compute_eigenbasis(*interval_laplacian(n), 3) for n in (21, 41))
     >>> p2p_21 = np.arange(41) // 2
     >>> C_12 = two.analyze(one.evecs[p2p_21])
-    >>> bool(check_functional_map(C_12, one, two, p2p_21))
-    True
     >>> print(check_functional_map(C_12.T, one, two, p2p_21))
     Not right. It is transposed: this map goes from 2 to 1.
     The law: C_12 takes coefficients on 1 to coefficients on 2.
@@ -92,15 +86,11 @@ def check_point_map(
     Parameters
     ----------
     answer : n2 indices, or an (n2, n1) matrix with one 1 a row
-    truth : (n2,) int array, the right map
+    truth : (n2,) int, the right map
     n_1 : the number of vertices of shape 1
-    also : (n2,) int array, a second map that is as good: the left-right mirror image of an intrinsic method
-    distances : (n1, n1) array, distances on shape 1; without them a vertex counts as right or wrong
+    also : (n2,) int, a second map that is as good: the left-right mirror image of an intrinsic method
+    distances : (n1, n1), distances on shape 1; without them a vertex counts as right or wrong
     within : the mean distance to the truth that is allowed; without distances, the share of wrong vertices
-
-    Returns
-    -------
-    Verdict: right if the map is near enough to one of the two.
 
     Examples
     --------

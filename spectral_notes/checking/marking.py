@@ -18,23 +18,18 @@ def check_result(
 ) -> Verdict:
     """Judge what a function returns for the given inputs by a check of `spectral_notes.checking`.
 
+    A function that raises or returns None is wrong, and a body that is still empty was not attempted.
+
     Parameters
     ----------
     answer : the student's function; it is called with copies of the inputs, and may raise
-    inputs : sequence, the arguments of the call
+    inputs : the arguments of the call
     check : the check that judges what came back
     *args, **options : what the check is told besides
-
-    Returns
-    -------
-    Verdict: the verdict of the check; a function that raises is wrong, one that returns None is wrong, and a body
-    that is still empty was not attempted.
 
     Examples
     --------
     >>> from spectral_notes.checking import check_number
-    >>> print(check_result(abs, (-2.0,), check_number, 2.0))
-    Right. The number is right.
     >>> print(check_result(lambda x: x / 0, (1.0,), check_number, 2.0))
     Not right. It raises ZeroDivisionError: float division by zero
     The law: the function accepts the inputs that the exercise names.
@@ -53,13 +48,8 @@ class Marks:
 
     Parameters
     ----------
-    verdicts : sequence of Verdict, one or more
+    verdicts : one or more
     points : what the question is worth, above zero
-
-    Raises
-    ------
-    ValueError
-        If there is no verdict or the points are not positive.
 
     Examples
     --------

@@ -22,15 +22,13 @@ EQUATION = "L phi = lambda M phi"
 def check_eigenbasis(answer: object, L: Any, M: Any, k: int) -> Verdict:
     """Judge the k smallest eigenpairs of L phi = lambda M phi; signs and repeated eigenspaces are free.
 
+    Right if the modes are orthonormal in M, solve the equation, and none is missing.
+
     Parameters
     ----------
     answer : an `Eigenbasis`, or the pair (evals, evecs) with one mode a column
-    L, M : (n, n) matrices, the weak Laplacian, positive semidefinite, and the mass
+    L, M : (n, n), the weak Laplacian, positive semidefinite, and the mass
     k : how many modes are asked for
-
-    Returns
-    -------
-    Verdict: right if the modes are orthonormal in M, solve the equation, and none is missing.
 
     Examples
     --------
@@ -154,11 +152,8 @@ def check_coefficients(answer: object, basis: Eigenbasis, f: ArrayLike) -> Verdi
     Parameters
     ----------
     answer : the coefficients, (k,) or (k, d); or a function of f that returns them
-    f : (n,) or (n, d) array, the signal
-
-    Returns
-    -------
-    Verdict: right if the coefficients are.
+    basis : the modes
+    f : (n,) or (n, d), the signal
 
     Examples
     --------
@@ -199,14 +194,10 @@ def check_embedding(answer: object, basis: Eigenbasis, n_dims: int, *, weights: 
 
     Parameters
     ----------
-    answer : an (n, n_dims) array
+    answer : (n, n_dims)
     basis : at least n_dims + 1 modes of a connected domain; a few more, so that repeated eigenspaces are whole
     n_dims : the dimension
     weights : {"gps", "none"}, each mode divided by the square root of its eigenvalue, or left alone
-
-    Returns
-    -------
-    Verdict: right if the coordinates are.
 
     Examples
     --------

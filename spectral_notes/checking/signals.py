@@ -22,16 +22,12 @@ def check_dft(answer: object, f: ArrayLike, *, scaling: str = "any", within: flo
 
     Parameters
     ----------
-    answer : the N complex coefficients, or those of `rfft`; the pair (a, b) of cosine and sine coefficients; an (N, N),
-        matrix that makes the coefficients of f; or a function that does
-    f : (N,) array, the signal
-    scaling : {"any", "numpy", "mean", "unitary"}, which factor is asked for: 1, 1 / N or 1 / sqrt(N). A pair (a, b) is,
-        always averaged over N
+    answer : the N complex coefficients, those of `rfft`, or the pair (a, b) of cosine and sine coefficients
+        Or an (N, N) matrix that makes the coefficients of f, or a function that does.
+    f : (N,), the signal
+    scaling : {"any", "numpy", "mean", "unitary"}, which factor is asked for: 1, 1 / N or 1 / sqrt(N)
+        A pair (a, b) is always averaged over N.
     within : how far off a coefficient may be, as a fraction of the largest one
-
-    Returns
-    -------
-    Verdict: right if the coefficients are.
 
     Examples
     --------
@@ -135,16 +131,12 @@ def check_difference_matrix(
 
     Parameters
     ----------
-    answer : an (n, n) matrix, dense or sparse
-    x : (n,) array, the sample points, ascending
+    answer : (n, n), dense or sparse
+    x : (n,), the sample points, ascending
     derivative : {1, 2}, which derivative; the second is +d^2/dx^2
     accuracy : the order of accuracy that is asked for
     length : the circumference, for samples round a circle; an interval if not given
     end_accuracy : the order of accuracy of the first and the last row, if lower
-
-    Returns
-    -------
-    Verdict: right if every row is exact.
 
     Examples
     --------

@@ -30,16 +30,12 @@ def check_number(
 
     Parameters
     ----------
-    answer : what the student passes; a scalar, or an array with one entry
-    expected : float or str, the right number, or `seal` of it
+    answer : a scalar, or an array with one entry
+    expected : the right number, or `seal` of it
     within : how far off it may be, in its own unit; a thousandth of its size if not given
     modulo : numbers that differ by a multiple of it are the same, as phases by a full turn
     law : the law that gives the number, named when it is wrong
-    slips : dict, wrong numbers that have a known cause, with the sentence that names it
-
-    Returns
-    -------
-    Verdict: right if the number is near enough.
+    slips : wrong numbers that have a known cause, with the sentence that names it
 
     Examples
     --------
@@ -79,16 +75,12 @@ def check_values(
     Parameters
     ----------
     answer : what the student passes
-    expected : array or str, the right values, or `seal` of their list
+    expected : the right values, or `seal` of their list
     within : how far off an entry may be, as a fraction of the largest one
     law : the law that gives the values
     either_sign, free_scale : accept the negative as well; accept any multiple but zero
-    through : (m, n) array, only what this matrix makes of the answer counts; `expected` is a right answer (n,) or what,
-        the matrix makes of one (m,); if that is zero, zero itself is refused
-
-    Returns
-    -------
-    Verdict: right if every entry is near enough.
+    through : (m, n), only what this matrix makes of the answer counts
+        `expected` is a right answer (n,) or what the matrix makes of one (m,); if that is zero, zero itself is refused.
 
     Examples
     --------
@@ -138,13 +130,9 @@ def check_function(
     ----------
     answer : the student's function; it is called with copies of the inputs
     reference : a function that is right, or `seal` of the list of what one returns for the inputs
-    inputs : iterable of tuples, the arguments of each call
+    inputs : the arguments of each call
     within : how far off a value may be, as a fraction of the largest one
     law : the law that the function obeys
-
-    Returns
-    -------
-    Verdict: right if all values are near enough.
 
     Examples
     --------
@@ -173,13 +161,9 @@ def check_labels(answer: object, expected: ArrayLike, *, agreement: float = 1.0,
     Parameters
     ----------
     answer : one label a sample; numbers or words
-    expected : (n,) array, labels that are right
+    expected : (n,), labels that are right
     agreement : the adjusted Rand index that is asked for: 1 for the same parts, 0 for chance
     law : the law that the parts obey
-
-    Returns
-    -------
-    Verdict: right if the two partitions agree well enough.
 
     Examples
     --------
@@ -211,13 +195,9 @@ def check_choice(answer: object, expected: object, *, law: str = "", slips: dict
     Parameters
     ----------
     answer : what the student chose
-    expected : str, bool or list of str, the right choice, or `seal` of it
+    expected : the right choice, or `seal` of it
     law : the law that decides
-    slips : dict, wrong choices that have a known cause, with the sentence that names it
-
-    Returns
-    -------
-    Verdict: right if the choice is the right one.
+    slips : wrong choices that have a known cause, with the sentence that names it
 
     Examples
     --------

@@ -32,12 +32,9 @@ class Verdict:
 
     Examples
     --------
-    >>> verdict = Verdict("wrong", "Rows do not sum to zero (largest 0.31, row 12).", "the rows of L sum to zero")
-    >>> print(verdict)
+    >>> print(Verdict("wrong", "Rows do not sum to zero (largest 0.31, row 12).", "the rows of L sum to zero"))
     Not right. Rows do not sum to zero (largest 0.31, row 12).
     The law: the rows of L sum to zero.
-    >>> bool(verdict)
-    False
     """
 
     status: Literal["right", "wrong", "unattempted"]
@@ -57,18 +54,6 @@ class Verdict:
         """Return the verdict for a notebook, its first words in bold."""
         opening = translated(OPENINGS[self.status])
         return f"**{opening}**" + str(self)[len(opening) :].replace("\n", "\n\n").replace("*", "\\*")
-
-    def require(self) -> None:
-        """Raise an AssertionError with the verdict as its message, unless the answer is right.
-
-        Raises AssertionError if the answer is wrong or was not attempted.
-
-        Examples
-        --------
-        >>> Verdict("right", "All rows sum to zero.").require()
-        """
-        if not self:
-            raise AssertionError(str(self))
 
 
 class Stop(Exception):  # noqa: N818
@@ -126,20 +111,13 @@ def refuse_placeholder(answer: object, message: str = PLACEHOLDER) -> None:
 def seal(value: object) -> str:
     """Return a value in a spelling that is not read at a glance: no secret, but no spoiler beside the question.
 
-    Parameters
-    ----------
-    value : number, str, bool or a list of them, the right answer
-
-    Returns
-    -------
-    What `check_number`, `check_values` and `check_choice` accept in place of the answer.
+    `check_number`, `check_values`, `check_function` and `check_choice` accept it in place of the answer: a number, a
+    word, a truth value or a list of them.
 
     Examples
     --------
-    >>> seal(2)
-    'sealed:Mg=='
-    >>> unseal(seal([1, 2.5]))
-    [1, 2.5]
+    >>> seal(2), unseal(seal([1, 2.5]))
+    ('sealed:Mg==', [1, 2.5])
     """
     return "sealed:" + base64.b64encode(json.dumps(value).encode()).decode()
 

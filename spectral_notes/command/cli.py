@@ -214,7 +214,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
     Parameters
     ----------
-    arguments : sequence of str, what stands after the program's name; by default what this process was started with
+    arguments : what stands after the program's name; by default what this process was started with
 
     Examples
     --------

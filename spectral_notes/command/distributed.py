@@ -31,16 +31,7 @@ DEBIAN = "/usr/lib/{}dir/*/*-real/lib/python3/dist-packages"
 
 
 def main(arguments: list[str] | None = None) -> None:
-    """Solve the problem that the command line names, on all processes of the MPI job.
-
-    Parameters
-    ----------
-    arguments : list of str, the command line without the program's name
-
-    Raises
-    ------
-    SystemExit if the arguments are wrong or SLEPc is not installed.
-    """
+    """Solve the problem that the command line names, on all processes of the MPI job."""
     parser = argparse.ArgumentParser(
         prog="spectral_notes.command.distributed", description="Eigenbasis of a mesh or of a saved (L, M)."
     )
@@ -72,20 +63,10 @@ def main(arguments: list[str] | None = None) -> None:
 def solve(
     slepc: Any, petsc: Any, problem: dict[str, Any], k: int, tol: float, solver: str
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Compute the k smallest eigenpairs on all processes; the first one gets them, the others get empty columns.
+    """Compute the k smallest eigenpairs, zero modes included: evals ascending (k,), evecs (n, k) and residuals (k,).
 
-    Parameters
-    ----------
-    slepc, petsc : modules, `slepc4py.SLEPc` and `petsc4py.PETSc`
-    problem : dict of arrays, what `files.write_problem` wrote
-    k : how many pairs, zero modes included
-    tol : relative residual
-    solver : PETSc's name of a parallel factorization
-
-    Returns
-    -------
-    evals (k,), evecs (n, k), residuals (k,): ascending; residuals in units of the eigenvalues. Raises ArithmeticError
-    if fewer than k pairs converge.
+    All processes take part; the first one gets the columns, the others empty ones. `problem` is what
+    `files.write_problem` wrote, and `solver` PETSc's name of a parallel factorization.
     """
     n = len(problem["L_indptr"]) - 1
     L, M = _distribute(petsc, problem, "L"), _distribute(petsc, problem, "M")

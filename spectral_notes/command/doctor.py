@@ -76,14 +76,11 @@ class Finding:
 def examine(n_vertices: int = 100_000, k: int = 100) -> list[Finding]:
     """Try out every part of the set-up and return what was found, in the order in which the course needs it.
 
+    The set-up works when no finding is "broken".
+
     Parameters
     ----------
     n_vertices, k : the size of mesh and the number of modes for which the free memory is weighed
-
-    Returns
-    -------
-    list of Finding: one for each check; the set-up works when none is "broken". Raises TypeError or ValueError if a
-    number is not a positive integer.
 
     Examples
     --------

@@ -52,29 +52,17 @@ Say = Callable[[str], None]
 
 @dataclass(frozen=True)
 class Result:
-    """Hold what a job found: facts for programs, lines for people, and what can be written of it.
+    """Hold what a job found: facts for programs, lines for people, and what can be written of it."""
 
-    Parameters
-    ----------
-    facts : dict, numbers, strings and lists, for JSON
-    lines : sequence of str, the same, to be read
-    shape : the shape that the functions live on
-    title : what stands above a report
-    functions : dict of str to array, functions on its vertices, (n,) or (n, d)
-    colors, kind : the function that files show as colours, and how
-    views : sequence of SurfaceView, what a picture shows
-    save_npz : writes the arrays of the result to a new file
-    """
-
-    facts: dict[str, Any]
+    facts: dict[str, Any]  # numbers, strings and lists, for JSON
     lines: Sequence[str]
-    shape: Shape
-    title: str = ""
-    functions: dict[str, Any] = field(default_factory=dict)
-    colors: str = ""
+    shape: Shape  # that the functions live on
+    title: str = ""  # above a report
+    functions: dict[str, Any] = field(default_factory=dict)  # on the vertices, (n,) or (n, d)
+    colors: str = ""  # the function that files show as colours
     kind: str = "signed"
     views: Sequence[SurfaceView] = ()
-    save_npz: Callable[[Path], Any] | None = None
+    save_npz: Callable[[Path], Any] | None = None  # writes the arrays of the result to a new file
 
 
 def write_result(path: Path, result: Result) -> None:
@@ -165,10 +153,7 @@ def find_segments(
     shape: Shape, n_segments: int, k: int | None, laplacian: str, say: Say, *, progress: bool = False,
     camera: Camera | None = None,
 ) -> Result:
-    """Cut a shape into segments: k-means in the embedding by its first modes that are not constant.
-
-    Of a shape in several pieces each is cut by itself, into a share of the segments by its area.
-    """
+    """Cut a shape into segments, each of its pieces by itself into a share of them by its area."""
     n_segments = as_count("n", n_segments, 1, len(positions(shape)))
     L, M = operators_of(shape, laplacian, say)
     count = sp.csgraph.connected_components(L, directed=False)[0]

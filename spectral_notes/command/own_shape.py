@@ -31,26 +31,7 @@ SHOWN = (0, 1, 4, 9, 49, 99)  # modes of a picture, counted from the first that 
 
 
 def laplacian_of(shape: Shape, kind: str = "", mass: str = "lumped") -> Pair:
-    """Return the pair (L, M) of a mesh or a point cloud, L weak and positive semidefinite.
-
-    Parameters
-    ----------
-    kind : {"", "cotan", "robust"}, which Laplacian; "" is cotan for a mesh and robust for a point cloud, which has no
-        other
-    mass : {"lumped", "voronoi", "full"}, which mass matrix; the robust Laplacian has the lumped one of its own
-        triangles
-
-    Returns
-    -------
-    L, M (n, n) csr_array: weak Laplacian and mass. Raises ValueError if cotan is asked for on a point cloud, another
-    mass of the robust Laplacian, or the Laplacian refuses the mesh.
-
-    Examples
-    --------
-    >>> L, M = laplacian_of(TriangleMesh([[0, 0, 0], [1, 0, 0], [0, 1, 0]], [[0, 1, 2]]))
-    >>> round(float(M.sum()), 3)
-    0.5
-    """
+    """Return the pair (L, M) of a mesh or a cloud; robust, the one kind for clouds, has its own lumped mass alone."""
     kind = chosen(shape, kind)
     if as_choice("mass", mass, MASSES) != "lumped" and kind == "robust":
         raise ValueError(f"mass must be 'lumped' with the robust Laplacian; got {mass!r}")
@@ -60,13 +41,7 @@ def laplacian_of(shape: Shape, kind: str = "", mass: str = "lumped") -> Pair:
 
 
 def chosen(shape: Shape, kind: str = "") -> str:
-    """Return which Laplacian is taken, "cotan" or "robust"; raise where it cannot be.
-
-    Examples
-    --------
-    >>> chosen(PointCloud([[0, 0, 0]]))
-    'robust'
-    """
+    """Return which Laplacian is taken, "cotan" or "robust"; raise where it cannot be."""
     is_cloud = isinstance(shape, PointCloud)
     kind = as_choice("laplacian", kind or ("robust" if is_cloud else "cotan"), LAPLACIANS)
     if is_cloud and kind == "cotan":
@@ -77,8 +52,6 @@ def chosen(shape: Shape, kind: str = "") -> str:
 def upward(shape: Shape, ending: str, up: str = "") -> tuple[str, str]:
     """Return which axis points upward, and why: as told, as the format says, or as the shape looks.
 
-    Examples
-    --------
     >>> upward(PointCloud([[0, 0, 0]]), ".glb")
     ('y', 'the format says so')
     """
@@ -91,8 +64,6 @@ def upward(shape: Shape, ending: str, up: str = "") -> tuple[str, str]:
 def size_of(shape: Shape) -> dict[str, Any]:
     """Return what a shape is, how large, and its name.
 
-    Examples
-    --------
     >>> size_of(PointCloud([[0, 0, 0], [3, 4, 0]], "two"))
     {'name': 'two', 'kind': 'point cloud', 'points': 2, 'diagonal': 5.0}
     """
@@ -109,14 +80,7 @@ def faults_of(report: MeshHealth) -> dict[str, int]:
 
 
 def warnings_of(shape: Shape, kind: str = "") -> list[str]:
-    """Return a line for each fault of a mesh that spoils its modes without an error.
-
-    Examples
-    --------
-    >>> flat = TriangleMesh([[0, 0, 0], [1, 0, 0], [2, 0.001, 0], [0, 1, 0]], [[0, 1, 2], [0, 2, 3]])
-    >>> [line.split(".")[0] for line in warnings_of(flat)]
-    ['sliver faces: 1']
-    """
+    """Return a line for each fault of a mesh that spoils its modes without an error."""
     if isinstance(shape, PointCloud):
         return []
     found = health(shape, crossings=False).faults

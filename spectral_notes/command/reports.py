@@ -30,27 +30,7 @@ LONGEST = 12  # numbers of a list that the table shows; the rest is counted
 
 
 def report_page(title: str, facts: Mapping[str, Any], views: Sequence[SurfaceView], still: Figure) -> str:
-    """Return a whole HTML page about a shape.
-
-    Parameters
-    ----------
-    title : what stands above
-    facts : mapping of str to number, string, list or mapping, the rows of the table
-    views : sequence of SurfaceView, what the scene shows, side by side
-    still : Figure, the same, as a picture
-
-    Returns
-    -------
-    The page; it asks nothing of any host.
-
-    Examples
-    --------
-    >>> from spectral_notes import plotting, shapes
-    >>> view = SurfaceView(shapes.sphere(1), title="a ball")
-    >>> page = report_page("A ball", {"faces": 80}, [view], plotting.plot_views([view]))
-    >>> page.startswith("<!doctype html>"), "<td>80</td>" in page
-    (True, True)
-    """
+    """Return an HTML page about a shape, which asks nothing of any host: a table of facts, a picture, and its scene."""
     picture = io.BytesIO()
     still.savefig(picture, format="jpeg", pil_kwargs={"quality": 90})
     names = [plain_text(view.title) or "the shape" for view in views]

@@ -44,16 +44,16 @@ def write_arrays(
 
     Parameters
     ----------
-    path : str or path, where to; the ending names the format. CSV has one row a vertex: x, y, z, then the functions.
-    arrays : (n,) or (n, d) mapping of str to array_like, functions on the n vertices or points; pointwise values. The d
-        columns of `name` become `name_0`, `name_1`, ... (in NPZ they stay together).
+    path : where to; the ending names the format
+        CSV has one row a vertex: x, y, z, then the functions.
+    shape : with n vertices or points
+    arrays : functions (n,) or (n, d) by name, pointwise values
+        The d columns of `name` become `name_0`, `name_1`, ... (in NPZ they stay together).
     colors : the function that a PLY file shows as colours; by default none
     kind : {"signed", "positive", "labels"}, how its values become colours, as in pictures
 
     Raises
     ------
-    TypeError, ValueError
-        If the ending is none of the four, a function does not fit the shape, or `colors` names none of them.
     OSError
         If the folder does not exist or cannot be written to.
 
@@ -95,8 +95,6 @@ def named_arrays(shape: Shape) -> Columns:
 def columns(arrays: Mapping[str, NDArray[Any]]) -> Columns:
     """Return each column of each array under a name of its own; raise where two would have the same.
 
-    Examples
-    --------
     >>> list(columns({"height": np.zeros(4), "mode": np.zeros((4, 2))}))
     ['height', 'mode_0', 'mode_1']
     """
@@ -114,13 +112,7 @@ def columns(arrays: Mapping[str, NDArray[Any]]) -> Columns:
 
 
 def shades(shape: Shape, values: NDArray[Any], kind: str) -> NDArray[np.uint8]:
-    """Return the colours that a picture gives to the values of a function, shape (n, 3), 0 to 255.
-
-    Examples
-    --------
-    >>> shades(PointCloud(np.eye(3)), np.array([-1.0, 0.0, 1.0]), "signed")[1].tolist()  # zero is nearly white
-    [247, 246, 246]
-    """
+    """Return the colours that a picture gives to the values of a function, shape (n, 3), 0 to 255."""
     if kind == "labels":
         table = np.array([to_rgb(color) for color in LABEL_COLORS])
         rgb = table[values.astype(np.int64) % len(table)]

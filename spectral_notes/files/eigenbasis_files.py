@@ -18,12 +18,12 @@ from spectral_notes.solver.eigensolver import closed_components, pose
 
 
 def write_problem(path: str | Path, L: sp.csr_array, M: sp.csr_array) -> None:
-    """Write the pair (L, M), with the zero modes of its components, for a solver that runs elsewhere.
+    """Write the pair (L, M) to an `.npz` file, with the zero modes of its components, for a solver that runs elsewhere.
 
     Parameters
     ----------
-    path : path, ends in `.npz`
-    L, M : (n, n) sparse arrays, weak Laplacian and mass
+    path : where to; ends in `.npz`
+    L, M : (n, n) sparse, weak Laplacian and mass
 
     Examples
     --------
@@ -45,17 +45,10 @@ def write_problem(path: str | Path, L: sp.csr_array, M: sp.csr_array) -> None:
 def read_problem(path: str | Path) -> tuple[sp.csr_array, sp.csr_array]:
     """Read the pair (L, M) that `write_problem` wrote.
 
-    Parameters
-    ----------
-    path : path, ends in `.npz`
-
-    Returns
-    -------
-    L, M (n, n) sparse arrays: weak Laplacian and mass. Raises ValueError if the file does not hold such a pair.
-
-    Examples
-    --------
-    See `write_problem`.
+    Raises
+    ------
+    ValueError
+        If the file does not hold such a pair.
     """
     with np.load(_npz(path), allow_pickle=False) as file:
         _need(path, file, ("L_data", "L_indices", "L_indptr", "M_data", "M_indices", "M_indptr"))
@@ -63,11 +56,7 @@ def read_problem(path: str | Path) -> tuple[sp.csr_array, sp.csr_array]:
 
 
 def write_eigenbasis(path: str | Path, basis: Eigenbasis) -> None:
-    """Write an eigenbasis: eigenvalues, modes, mass and residuals.
-
-    Parameters
-    ----------
-    path : path, ends in `.npz`
+    """Write an eigenbasis to an `.npz` file: eigenvalues, modes, mass and residuals.
 
     Examples
     --------
@@ -89,18 +78,12 @@ def write_eigenbasis(path: str | Path, basis: Eigenbasis) -> None:
 def read_eigenbasis(path: str | Path) -> Eigenbasis:
     """Read an eigenbasis, from `write_eigenbasis` or from `python -m spectral_notes.command.distributed`.
 
-    Parameters
-    ----------
-    path : path, ends in `.npz`
+    The sign of each mode is that of `compute_eigenbasis`.
 
-    Returns
-    -------
-    With the sign of each mode as `compute_eigenbasis` gives it. Raises ValueError if the file does not hold an
-    eigenbasis.
-
-    Examples
-    --------
-    See `write_eigenbasis`.
+    Raises
+    ------
+    ValueError
+        If the file does not hold an eigenbasis.
     """
     with np.load(_npz(path), allow_pickle=False) as file:
         _need(path, file, ("evals", "evecs", "residuals", "M_data", "M_indices", "M_indptr"))

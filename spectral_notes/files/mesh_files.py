@@ -34,18 +34,21 @@ CONVERT = "other formats: MeshLab, Blender or ParaView open most, and save PLY"
 def read_mesh(path: str | os.PathLike[str], *, clean: bool = False) -> TriangleMesh:
     """Read a triangle mesh from a file; polygons are cut into triangles in their plane.
 
+    The mesh is named after the file. The vertices of STL, glTF and 3MF files, which repeat them, are merged.
+
     Parameters
     ----------
-    path : str or path, the file; its ending names the format, one of `FORMATS`, and .gz, .bz2 or .xz after it a
-        compression
+    path : the file; its ending names the format, one of `FORMATS`, and .gz, .bz2 or .xz after it a compression
     clean : merge repeated vertices and drop broken faces and unused vertices, as `clean_mesh` does
 
-    Returns
-    -------
-    The mesh, named after the file. The vertices of STL, glTF and 3MF files, which repeat them, are merged. Raises
-    OSError if there is no such file, it may not be read, or the path names a folder or a pipe; ValueError if the ending
-    is none that is known, the file cannot be read as that format, or it holds no valid mesh; ModuleNotFoundError if the
-    format is read by a library that is missing; it is part of ``pip install "spectral-notes[formats]"``.
+    Raises
+    ------
+    OSError
+        If there is no such file, it may not be read, or the path names a folder or a pipe.
+    ValueError
+        If the ending is not known, the file cannot be read as that format, or it holds no valid mesh.
+    ModuleNotFoundError
+        If the format is read by a library that is missing, part of ``pip install "spectral-notes[formats]"``.
 
     Examples
     --------
@@ -62,16 +65,12 @@ def read_mesh(path: str | os.PathLike[str], *, clean: bool = False) -> TriangleM
 
 
 def read_shape(path: str | os.PathLike[str], *, clean: bool = False) -> TriangleMesh | PointCloud:
-    r"""Read a triangle mesh, or a point cloud where the file holds points and no face.
+    r"""Read a triangle mesh, or a point cloud where the file holds points and no face; it raises as `read_mesh` does.
 
     Parameters
     ----------
-    path : str or path, the file, as for `read_mesh`. XYZ is text, one point a line.
+    path : the file, as for `read_mesh`; XYZ is text, one point a line
     clean : merge repeated vertices or points, and drop broken faces and unused vertices
-
-    Returns
-    -------
-    The shape, named after the file. Raises OSError or ValueError as `read_mesh`.
 
     Examples
     --------
@@ -111,22 +110,8 @@ def shape_from_bytes(
     where: str = "the stream",
     path: Path | None = None,
 ) -> TriangleMesh | PointCloud:
-    r"""Return the shape that the bytes of a file hold; `where` is what messages call it.
+    r"""Return the shape that the bytes of a whole file hold; `where` is what messages call it, `path` where it lies.
 
-    Parameters
-    ----------
-    data : bytes, the whole file
-    suffix : its format: one of `FORMATS`, or with a compression behind, as in ".ply.gz"
-    name, where : the name that the shape gets, and that of the file
-    clean : as for `read_shape`
-    path : path, where the file lies, for formats that spread over several files (glTF)
-
-    Returns
-    -------
-    The shape. Raises ValueError if the bytes cannot be read as that format, or hold no valid shape.
-
-    Examples
-    --------
     >>> shape_from_bytes(b"v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n", ".obj")
     TriangleMesh('', 3 vertices, 1 faces)
     """
@@ -178,12 +163,11 @@ def write_mesh(path: str | os.PathLike[str], mesh: TriangleMesh) -> None:
 
     Parameters
     ----------
-    path : str or path, where to; the ending names the format
+    path : where to; the ending names the format
+    mesh : what to write
 
     Raises
     ------
-    ValueError
-        If the ending is not one of the five.
     OSError
         If the folder does not exist or cannot be written to.
 

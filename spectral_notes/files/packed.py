@@ -17,8 +17,6 @@ UNPACKERS: dict[str, Callable[[bytes], bytes]] = {
 def ending_of(name: str) -> str:
     """Return the ending of a file's name in lower case, together with that of a compression.
 
-    Examples
-    --------
     >>> ending_of("Scan.PLY.gz"), ending_of("lh.pial"), ending_of(".obj")
     ('.ply.gz', '.pial', '.obj')
     """

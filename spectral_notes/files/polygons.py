@@ -16,23 +16,14 @@ BENT = 1e-3  # height over extent above which a polygon is not planar
 
 @dataclass(frozen=True)
 class Polygons:
-    """Hold vertices and polygons as a file names them, nothing checked, with the lines they stand on.
-
-    Parameters
-    ----------
-    vertices : ndarray (n, 3), positions
-    corners : ndarray (c,), vertex indices of all polygons, one polygon after the other
-    sizes : ndarray (m,), how many corners each polygon has
-    vertex_lines, polygon_lines : where they stand in a text; None in a binary file
-    first : number of the first vertex as the file counts
-    """
+    """Hold vertices (n, 3) and polygons as a file names them, nothing checked, with the lines they stand on."""
 
     vertices: FloatArray
-    corners: IntArray
-    sizes: IntArray
-    vertex_lines: IntArray | None = None
+    corners: IntArray  # (c,), vertex indices of all polygons, one polygon after the other
+    sizes: IntArray  # (m,), how many corners each polygon has
+    vertex_lines: IntArray | None = None  # where they stand in a text; None in a binary file
     polygon_lines: IntArray | None = None
-    first: int = 0
+    first: int = 0  # number of the first vertex as the file counts
 
     @property
     def starts(self) -> IntArray:
@@ -54,8 +45,6 @@ def no_polygons(vertices: FloatArray) -> Polygons:
 def strips(corners: IntArray, sizes: IntArray) -> tuple[IntArray, IntArray]:
     """Return the triangles of triangle strips as corners and sizes; -1 ends a strip, every second triangle is turned.
 
-    Examples
-    --------
     >>> strips(np.array([0, 1, 2, 3, -1, 4, 5, 6]), np.array([8]))[0].reshape(-1, 3).tolist()
     [[0, 1, 2], [2, 1, 3], [4, 5, 6]]
     """
@@ -184,8 +173,6 @@ def ears(flat: FloatArray) -> IntArray:
     An ear is a corner that turns left and whose triangle holds no other corner; of several the one of the best shape is
     cut. Where there is none, as in a polygon that crosses itself, the corner that turns left most is.
 
-    Examples
-    --------
     >>> arrow = np.array([[0.0, 4.0], [0.0, 0.0], [4.0, 0.0], [4.0, 4.0], [2.0, 1.0]])
     >>> ears(arrow).tolist()
     [[4, 0, 1], [2, 3, 4], [1, 2, 4]]

@@ -11,8 +11,9 @@ from collections.abc import Callable
 import numpy as np
 from numpy.typing import ArrayLike
 
-from spectral_notes._checks import FloatArray, as_count, as_floats, as_number
+from spectral_notes._checks import FloatArray, as_count, as_floats
 from spectral_notes.meshes import TriangleMesh
+from spectral_notes.shapes.surfaces import torus_points, torus_radii
 from spectral_notes.shapes.triangulations import grid_faces
 
 Surface = Callable[[FloatArray, FloatArray], FloatArray]
@@ -34,13 +35,8 @@ def torus_surface(R: float = 1.0, r: float = 0.4) -> Surface:
     >>> torus_surface()(np.array([0.0]), np.array([np.pi])).round(12).tolist()
     [[0.6, 0.0, 0.0]]
     """
-    R, r = _torus_radii(R, r)
-
-    def surface(u: FloatArray, v: FloatArray) -> FloatArray:
-        around = R + r * np.cos(v)
-        return np.stack([around * np.cos(u), around * np.sin(u), r * np.sin(v)], axis=-1)
-
-    return surface
+    R, r = torus_radii(R, r)
+    return lambda u, v: torus_points(u, v, R, r)
 
 
 def torus_curvatures(v: ArrayLike, R: float = 1.0, r: float = 0.4) -> tuple[FloatArray, FloatArray]:
@@ -66,7 +62,7 @@ def torus_curvatures(v: ArrayLike, R: float = 1.0, r: float = 0.4) -> tuple[Floa
     ([1.333333, 0.0], [1.333333, 1.0])
     """
     cos = np.cos(as_floats("v", v, ("n",)))
-    R, r = _torus_radii(R, r)
+    R, r = torus_radii(R, r)
     return cos / (r * (R + r * cos)), (1.0 / r + cos / (R + r * cos)) / 2.0
 
 
@@ -247,12 +243,6 @@ def coordinate_lines(
     along_u, along_v = np.linspace(*_range("u_range", u_range), 129), np.linspace(*_range("v_range", v_range), 129)
     of_constant_u = [surface(np.full(129, u), along_v) for u in us]
     return (*of_constant_u, *(surface(along_u, np.full(129, v)) for v in vs))
-
-
-def _torus_radii(R: float, r: float) -> tuple[float, float]:
-    """Return the radii of a torus, checked to be 0 < r < R."""
-    r = as_number("r", r, above=0.0)
-    return as_number("R", R, above=r), r
 
 
 def _range(name: str, value: ArrayLike) -> tuple[float, float]:

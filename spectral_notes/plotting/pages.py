@@ -40,12 +40,9 @@ class Page:
 
     Parameters
     ----------
-    page : str
-        The HTML.
-    title : str
-        What it is, in a word or two.
-    height : int
-        Pixels of the frame in a notebook.
+    page : the HTML
+    title : what it is, in a word or two
+    height : pixels of the frame in a notebook
     """
 
     page: str = field(repr=False)

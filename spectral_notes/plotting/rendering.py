@@ -42,22 +42,16 @@ class SurfaceView:
     ----------
     surface : the shape
     values : (n,) or (m,), one number per vertex (or point), or per face
-    kind : {"signed", "positive", "labels"}, how values become colours: RdBu_r symmetric about zero, viridis, or one
-        colour for each whole number
+    kind : {"signed", "positive", "labels"}, how values become colours
+        RdBu_r symmetric about zero, viridis, or one colour for each whole number.
     title : text above the picture
-    limits : (float, float), values of the two ends of the colour map; by default the 99.5th percentile decides
+    limits : values of the two ends of the colour map; by default the 99.5th percentile decides
     nodal_lines : draw the zero set of signed vertex values in black
     edges : draw the edges of the triangles
-    arrows : (array_like, array_like), feet (a, 3) and vectors (a, 3), in the units of the vertices
-    curves : (c, 3) sequence of array_like, polylines drawn in black
+    arrows : feet (a, 3) and vectors (a, 3), in the units of the vertices
+    curves : polylines (c, 3) drawn in black
     points : (q, 3), positions marked by dots
-    camera : ((x, y, z), (x, y, z)), direction to the eye and the upward direction; by default read off the shape
-        (`cameras`)
-
-    Raises
-    ------
-    TypeError, ValueError
-        If the surface is neither, or values or marks have the wrong shape or are not finite.
+    camera : direction to the eye and the upward direction; by default read off the shape (`cameras`)
 
     Examples
     --------
@@ -138,17 +132,17 @@ class SurfaceView:
 
 
 def render(view: SurfaceView, *, size: int = 600) -> Image:
-    """Return the picture of a view as a square image of `size` pixels with a white ground.
+    """Return the picture of a view, (size, size, 3), as a square image of `size` pixels with a white ground.
 
     Parameters
     ----------
     view : what to show
     size : width and height in pixels, at least 16
 
-    Returns
-    -------
-    (size, size, 3) ndarray of uint8: red, green and blue. Raises RuntimeError if there is no OpenGL library to render
-    with; the message names the system package.
+    Raises
+    ------
+    RuntimeError
+        If there is no OpenGL library to render with; the message names the system package.
 
     Examples
     --------
@@ -202,8 +196,6 @@ def choose_gl_window() -> None:
     """Tell VTK to render without a screen, before it looks for one and complains on stderr; Linux only.
 
     EGL is used where it is installed, else OSMesa; the environment variable VTK_DEFAULT_OPENGL_WINDOW overrides that.
-
-    Raises RuntimeError if neither library is installed.
     """
     if not sys.platform.startswith("linux") or "VTK_DEFAULT_OPENGL_WINDOW" in os.environ:
         return

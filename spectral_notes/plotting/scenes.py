@@ -36,15 +36,17 @@ SIGNS = {"lambda": "λ", "approx": "≈", "times": "×", "cdot": "·", "infty": 
 def show(*views: SurfaceView, color_bar: str = "") -> Page:
     """Return views as a page to turn with the mouse; as the last line of a notebook's cell it is shown.
 
+    The page is HTML that asks nobody for anything.
+
     Parameters
     ----------
-    *views : what to show, side by side; they turn together
+    *views : what to show, side by side, one at least; they turn together
     color_bar : label of a colour bar; none where empty
 
-    Returns
-    -------
-    The page: HTML that asks nobody for anything. Raises TypeError or ValueError if there is no view, or a camera looks
-    along its upward direction.
+    Raises
+    ------
+    ValueError
+        If a camera looks along its upward direction.
 
     Examples
     --------
@@ -134,18 +136,9 @@ def color_stops(view: SurfaceView) -> list[list[Any]]:
 
 
 def attach(figure: Any, views: Sequence[SurfaceView], *, color_bar: str = "") -> Any:
-    """Let a matplotlib figure bring the scene of its views when the book is being made; otherwise do nothing.
+    """Let a matplotlib figure bring the scene of its views, one an axes, while the book is made; else do nothing.
 
-    Parameters
-    ----------
-    figure : matplotlib.figure.Figure, a figure whose first axes show the views, one each, in their order
-    views : sequence of SurfaceView, what they show
-    color_bar : label of one colour bar; none where empty
-
-    Returns
-    -------
-    The same figure. Its display holds the scene as the MIME type `MIME`, beside the still picture. Raises ValueError if
-    the figure has fewer axes than there are views.
+    Its display then holds the scene as the MIME type `MIME`, beside the still picture.
     """
     if len(figure.axes) < len(views):
         raise ValueError(f"figure must have one axes for each of the {len(views)} views; got {len(figure.axes)}")
@@ -180,8 +173,6 @@ def _boxes(figure: Any, count: int) -> list[list[float]]:
 def plain_text(label: str) -> str:
     r"""Return a label of matplotlib without its formulas' markup.
 
-    Examples
-    --------
     >>> plain_text(r"mode 3, $\lambda_3 = 2\pi$")
     'mode 3, λ3 = 2π'
     """

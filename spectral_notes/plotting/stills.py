@@ -38,18 +38,13 @@ def use_house_style() -> None:
 
 
 def plot_matrix(A: Any, *, ax: Axes | None = None, title: str = "") -> Axes:
-    """Draw a matrix as a picture, one square an entry: red positive, blue negative, white zero.
+    """Draw a matrix as a picture, one square an entry: red positive, blue negative, white zero, with a colour bar.
 
     Parameters
     ----------
-    A : (m, n) array_like or sparse array, the matrix
-    ax : Axes, where to draw; by default a new figure
+    A : (m, n), dense or sparse, of finite real numbers, one at least
+    ax : where to draw; by default a new figure
     title : text above
-
-    Returns
-    -------
-    The axes, with a colour bar beside them. Raises TypeError or ValueError if A is not a real matrix of finite numbers,
-    or an empty one.
 
     Examples
     --------
@@ -81,19 +76,12 @@ def plot_surfaces(
 
     Parameters
     ----------
-    surfaces : TriangleMesh, PointCloud, or a sequence of them, what to draw
-    values : array_like or sequence of array_like, for one surface: (n,) or (n, p), one column a picture. For several:
-        one array, or None, for each.
-    titles : sequence of str, text above each picture
+    surfaces : what to draw: a mesh, a cloud, or several
+    values : for one surface (n,) or (n, p), one column a picture; for several one array, or None, for each
+    titles : text above each picture
     n_columns : pictures in a row; by default all of them
     color_bar : label of one colour bar for all pictures, which then share their limits; none where empty
-    **view : for all pictures: anything else that a `SurfaceView` takes (kind, limits, nodal_lines, edges, arrows,
-        curves, points, camera)
-
-    Returns
-    -------
-    The figure. Raises TypeError or ValueError if the numbers of surfaces, values and titles differ, or values do not
-    fit their surface.
+    **view : for all pictures, anything else that a `SurfaceView` takes
 
     Examples
     --------
@@ -119,13 +107,8 @@ def plot_modes(
     ----------
     mesh : the surface that the basis belongs to
     basis : its eigenbasis
-    modes : sequence of int, numbers of the modes, 0 .. basis.k - 1.
+    modes : numbers of the modes, 0 .. basis.k - 1
     n_columns : pictures in a row; by default all of them
-
-    Returns
-    -------
-    The figure. Raises TypeError or ValueError if a mode is out of range or the basis belongs to a surface with another
-    number of vertices.
 
     Examples
     --------
@@ -147,13 +130,8 @@ def plot_views(views: Sequence[SurfaceView], *, n_columns: int | None = None, co
 
     Parameters
     ----------
-    views : sequence of SurfaceView, what to draw
-    n_columns : pictures in a row; by default all of them
-    color_bar : label of one colour bar for all pictures, which then share their limits; none where empty
-
-    Returns
-    -------
-    The figure. Raises ValueError if there is no view.
+    views : what to draw, one at least
+    n_columns, color_bar : as for `plot_surfaces`
 
     Examples
     --------

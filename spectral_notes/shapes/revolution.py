@@ -17,7 +17,8 @@ import numpy as np
 import scipy.linalg
 from scipy.special import eval_jacobi
 
-from spectral_notes._checks import FloatArray, IntArray, as_choice, as_count, as_number
+from spectral_notes._checks import FloatArray, IntArray, as_choice, as_count
+from spectral_notes.shapes.surfaces import torus_radii
 
 Profile = Callable[[FloatArray], tuple[FloatArray, FloatArray]]
 
@@ -99,8 +100,7 @@ def torus_eigenvalues(k: int, R: float = 1.0, r: float = 0.4, *, n: int = 64) ->
     >>> orders.tolist()
     [0, 1, 1, 2]
     """
-    r = as_number("r", r, above=0.0)
-    R = as_number("R", R, above=r)
+    R, r = torus_radii(R, r)
     return revolution_eigenvalues(lambda t: (R + r * np.cos(t), np.full_like(t, r)), k, kind="ring", n=n)
 
 

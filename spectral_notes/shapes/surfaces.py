@@ -98,11 +98,11 @@ def torus(n_major: int = 120, n_minor: int = 50, R: float = 1.0, r: float = 0.4)
     TriangleMesh('torus', 360 vertices, 720 faces)
     """
     n_major, n_minor = as_count("n_major", n_major, 3), as_count("n_minor", n_minor, 3)
-    r = as_number("r", r, above=0.0)
-    R = as_number("R", R, above=r)
+    R, r = torus_radii(R, r)
     u = 2.0 * np.pi * np.arange(n_major) / n_major
     v = 2.0 * np.pi * np.arange(n_minor) / n_minor
-    return TriangleMesh(_torus_points(u, v, R, r), grid_faces(n_major, n_minor, closed=True), "torus")
+    points = torus_points(np.repeat(u, n_minor), np.tile(v, n_major), R, r)
+    return TriangleMesh(points, grid_faces(n_major, n_minor, closed=True), "torus")
 
 
 def torus_patch(
@@ -132,16 +132,22 @@ def torus_patch(
     1
     """
     n_major, n_minor = as_count("n_major", n_major, 2), as_count("n_minor", n_minor, 2)
-    r = as_number("r", r, above=0.0)
-    R = as_number("R", R, above=r)
+    R, r = torus_radii(R, r)
     u, v = _angles("u_range", u_range, n_major), _angles("v_range", v_range, n_minor)
-    return TriangleMesh(_torus_points(u, v, R, r), grid_faces(n_major, n_minor), "torus_patch")
+    points = torus_points(np.repeat(u, n_minor), np.tile(v, n_major), R, r)
+    return TriangleMesh(points, grid_faces(n_major, n_minor), "torus_patch")
 
 
-def _torus_points(u: FloatArray, v: FloatArray, R: float, r: float) -> FloatArray:
-    """Return the points of a torus at all pairs (u, v), v running fastest."""
-    u, v = np.repeat(u, len(v)), np.tile(v, len(u))
-    return np.column_stack([(R + r * np.cos(v)) * np.cos(u), (R + r * np.cos(v)) * np.sin(u), r * np.sin(v)])
+def torus_radii(R: float, r: float) -> tuple[float, float]:
+    """Return the radii of a torus, checked to be 0 < r < R."""
+    r = as_number("r", r, above=0.0)
+    return as_number("R", R, above=r), r
+
+
+def torus_points(u: FloatArray, v: FloatArray, R: float, r: float) -> FloatArray:
+    """Return the points (..., 3) of a torus at its two angles, arrays of one shape."""
+    around = R + r * np.cos(v)
+    return np.stack([around * np.cos(u), around * np.sin(u), r * np.sin(v)], axis=-1)
 
 
 def _angles(name: str, value: ArrayLike, n: int) -> FloatArray:

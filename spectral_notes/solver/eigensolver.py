@@ -33,15 +33,12 @@ SMALLEST_BAND = 32  # modes, however little memory is free
 
 @dataclass(frozen=True, eq=False)
 class Problem:
-    """Hold L phi = lambda M phi in the form that is solved: A y = lambda B y with y = phi / scale.
-
-    A lumped M is taken into A, and B is then None, the identity. `zero` (n, c) holds the modes that are known.
-    """
+    """Hold L phi = lambda M phi as A y = lambda B y with y = phi / scale; B is None, the identity, for a lumped M."""
 
     A: sp.csr_array
     B: sp.csr_array | None
     scale: FloatArray  # (n, 1)
-    zero: FloatArray  # (n, c), c <= k, orthonormal in B
+    zero: FloatArray  # (n, c), c <= k, the modes that are known, orthonormal in B
 
     @property
     def spacing(self) -> float:
@@ -189,8 +186,6 @@ def certify(L: sp.csr_array, M: sp.csr_array, evals: FloatArray, errors: FloatAr
 
     Eigenvalues come within their residual of the computed ones, so a value in a gap that is wider than the residuals
     on both sides has as many eigenvalues below it as modes were computed below it, or some were missed.
-
-    Raises ArithmeticError if the count differs, or there is no gap to count in.
     """
     gaps = np.diff(evals)
     wide = np.flatnonzero(gaps > 10 * (errors[1:] + errors[:-1]) + 1e-7 * abs(evals[1:]))

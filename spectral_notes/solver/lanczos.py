@@ -81,8 +81,6 @@ def block_lanczos(
     converged or not, once all k values are known to be larger: Ritz values only grow. Returns the k values by
     descending magnitude; raises ArithmeticError after fifty restarts.
 
-    Examples
-    --------
     >>> d, columns = np.arange(200.0), np.empty((80, 200))
     >>> block_lanczos(lambda B: d[:, None] * B, columns, np.zeros(0), 3).round(9).tolist()
     [199.0, 198.0, 197.0]
@@ -311,13 +309,7 @@ def _assemble(space: Krylov, values: FloatArray, Y: FloatArray) -> None:
 
 
 def gram(X: FloatArray, M: sp.csr_array | None) -> FloatArray:
-    """The upper half of X^T M X, of column-major X, at half the cost of the whole; np.triu takes what is below away.
-
-    Examples
-    --------
-    >>> gram(np.asfortranarray([[1.0, 2.0], [0.0, 1.0]]), None).tolist()
-    [[1.0, 2.0], [0.0, 5.0]]
-    """
+    """Return the upper half of X^T M X, of column-major X, at half the cost of the whole, and zeros below."""
     G = np.zeros((X.shape[1], X.shape[1]))
     for start in range(0, len(G), GROUP):
         part = X[:, start : start + GROUP]

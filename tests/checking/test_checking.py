@@ -343,7 +343,6 @@ def largest_modes() -> tuple[np.ndarray, np.ndarray]:
 def test_a_right_answer_passes(judge: Callable[[], ck.Verdict]) -> None:
     verdict = judge()
     assert verdict, str(verdict)
-    verdict.require()
 
 
 @pytest.mark.parametrize(("judge", "named"), [case[1:] for case in WRONG], ids=[case[0] for case in WRONG])
@@ -352,8 +351,6 @@ def test_a_wrong_answer_is_told_its_law(judge: Callable[[], ck.Verdict], named: 
     assert verdict.status == "wrong"
     assert named in str(verdict)
     assert verdict.law, "no law is named"
-    with pytest.raises(AssertionError, match="^Not right"):
-        verdict.require()
 
 
 def test_the_banks_are_as_large_as_promised_and_cover_every_check() -> None:
@@ -401,8 +398,6 @@ def test_a_placeholder_is_told_kindly(check: Callable[[object], ck.Verdict], pla
     verdict = check(placeholder)
     assert verdict.status == "unattempted" and not verdict
     assert str(verdict).startswith("Not attempted yet.")
-    with pytest.raises(AssertionError, match="Not attempted yet"):
-        verdict.require()
 
 
 @pytest.mark.parametrize("placeholder", [unwritten, lambda *_: None, lambda *_: ...])
