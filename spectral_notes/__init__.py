@@ -3,8 +3,8 @@
 One thread runs through it: L phi = lambda M phi, and only where (L, M) come from changes. Import a module by its topic
 (`from spectral_notes import fourier, shapes`), or the names below, which are those that a mesh of your own needs.
 
-Everywhere an argument that is not what its entry says raises `TypeError` or `ValueError`, which names the argument, says
-what was expected and what came, and the remedy; an entry "Raises" stands where there is more to say.
+Everywhere an argument that is not what its entry says raises `TypeError` or `ValueError`, with its name, what was
+expected, what came, and the remedy; an entry "Raises" stands where there is more to say.
 
 >>> from spectral_notes import compute_eigenbasis, cotan_laplacian, shapes
 >>> basis = compute_eigenbasis(*cotan_laplacian(shapes.sphere(3)), k=4)

@@ -1,6 +1,7 @@
 """Draw the map of the house, `docs/house.svg`, from the import contract, and print how large the rooms are.
 
     python tools/house.py
+    python tools/house.py 1c8c5a3    what it was at a commit, and is now
 
 The layers are those of `[tool.importlinter]` in pyproject.toml, which `make lint` holds the code to; the words are the
 first lines of the modules and of the rooms' doors. A test compares the stored picture with what this tool draws.
@@ -9,8 +10,12 @@ first lines of the modules and of the rooms' doors. A test compares the stored p
 from __future__ import annotations
 
 import ast
+import io
 import re
+import subprocess
 import sys
+import tarfile
+import tempfile
 import textwrap
 import tomllib
 from html import escape
@@ -71,21 +76,74 @@ def picture() -> str:
     return "\n".join([head, ground, *parts, "</svg>"]) + "\n"
 
 
-def docstring_lines(text: str) -> int:
-    """Return how many lines of a module are docstrings."""
+def docstring_lines(text: str) -> set[int]:
+    """Return the numbers of a module's lines that are docstrings."""
     kinds = (ast.Module, ast.ClassDef, ast.FunctionDef)
     first = [node.body[0] for node in ast.walk(ast.parse(text)) if isinstance(node, kinds) and ast.get_docstring(node)]
-    return sum((node.end_lineno or 0) - node.lineno + 1 for node in first)
+    return {line for node in first for line in range(node.lineno, (node.end_lineno or 0) + 1)}
 
 
-def main() -> int:
-    """Write the picture and print the sizes."""
+def is_code(line: str) -> bool:
+    """Say whether a line holds more than a comment."""
+    return bool(line.strip()) and not line.lstrip().startswith("#")
+
+
+def measured(root: Path) -> dict[str, int]:
+    """Return how large the library of a checkout is, and how many modules it loads."""
+    library = root / "spectral_notes"
+    top = sorted(library.glob("*.py"))
+    files = sorted(library.rglob("*.py"))
+    texts = [path.read_text(encoding="utf-8") for path in files]
+    told = [docstring_lines(text) for text in texts]
+    code = [
+        number not in words and is_code(line)
+        for text, words in zip(texts, told, strict=True)
+        for number, line in enumerate(text.splitlines(), start=1)
+    ]
+    settings = tomllib.loads((root / "pyproject.toml").read_text(encoding="utf-8"))["tool"]["importlinter"]
+    return {
+        "files at the top": len(top),
+        "of them modules without an underscore": len([path for path in top if not path.name.startswith("_")]),
+        "rooms": len([path for path in library.iterdir() if (path / "__init__.py").exists()]),
+        "lines": sum(text.count("\n") for text in texts),
+        "lines of docstrings": sum(map(len, told)),
+        "lines of code": sum(code),
+        "lines of the files at the top": sum(path.read_text(encoding="utf-8").count("\n") for path in top),
+        "layers of the import contract": len(settings["contracts"][0]["layers"]),
+        "Python modules in memory after a bare import": loaded(root, "import spectral_notes"),
+        "after importing plotting": loaded(root, "import spectral_notes.plotting"),
+    }
+
+
+def loaded(root: Path, statement: str) -> int:
+    """Return how many modules are loaded in a fresh interpreter after a statement."""
+    code = f"import sys; {statement}; print(len(sys.modules))"
+    run = subprocess.run([sys.executable, "-c", code], cwd=root, capture_output=True, text=True, check=True)
+    return int(run.stdout)
+
+
+def compare(revision: str) -> str:
+    """Return a table in Markdown: the library at a commit, and as it stands here."""
+    with tempfile.TemporaryDirectory() as folder:
+        packed = subprocess.run(["git", "archive", revision], cwd=ROOT, capture_output=True, check=True).stdout
+        with tarfile.open(fileobj=io.BytesIO(packed)) as archive:
+            archive.extractall(folder, filter="data")
+        before = measured(Path(folder))
+    rows = [f"| {name} | {before[name]:,} | {count:,} |" for name, count in measured(ROOT).items()]
+    return "\n".join([f"| | {revision} | here |", "|---|---|---|", *rows]) + "\n"
+
+
+def main(arguments: list[str]) -> int:
+    """Write the picture and print the sizes, of each room or beside those of a commit."""
+    if arguments:
+        sys.stdout.write(compare(arguments[0]))
+        return 0
     TARGET.write_text(picture(), encoding="utf-8")
     total = [0, 0]
     for layer in layers():
         for name in layer:
             texts = [path.read_text(encoding="utf-8") for path in sources(name)]
-            counts = sum(text.count("\n") for text in texts), sum(map(docstring_lines, texts))
+            counts = sum(text.count("\n") for text in texts), sum(len(docstring_lines(text)) for text in texts)
             total = [a + b for a, b in zip(total, counts, strict=True)]
             sys.stdout.write(f"{name:20s} {len(texts):3d} files {counts[0]:6d} lines, {counts[1]:5d} of docstrings\n")
     sys.stdout.write(f"{'together':20s} {'':9s} {total[0]:6d} lines, {total[1]:5d} of docstrings\n")
@@ -93,4 +151,4 @@ def main() -> int:
 
 
 if __name__ == "__main__":
-    sys.exit(main())
+    sys.exit(main(sys.argv[1:]))
