@@ -19,11 +19,6 @@ def unit_area(basis: Eigenbasis) -> Eigenbasis:
     """Return the basis of the same shape scaled to area one: every descriptor of it is free of scale.
 
     With A = 1^T M 1: lambda -> A lambda, phi -> sqrt(A) phi, M -> M / A; nothing is computed again.
-
-    >>> from spectral_notes import compute_eigenbasis, cotan_laplacian, shapes
-    >>> basis = compute_eigenbasis(*cotan_laplacian(shapes.sphere(3)), k=4)
-    >>> round(float(unit_area(basis).M.sum()), 12)
-    1.0
     """
     area = float(basis.M.sum())
     residuals = None if basis.residuals is None else area * basis.residuals
@@ -37,11 +32,6 @@ def global_point_signature(basis: Eigenbasis) -> FloatArray:
     GPS(x)_k = phi_k(x) / sqrt(lambda_k), without the zero modes, so (n, k - zero modes). It is defined up to a sign of
     each column, and a rotation of columns that share an eigenvalue; distances between rows are defined up to nothing
     (Rustamov, "Laplace-Beltrami eigenfunctions for deformation invariant shape representation", 2007, section 4).
-
-    >>> from spectral_notes import compute_eigenbasis, cotan_laplacian, shapes
-    >>> basis = compute_eigenbasis(*cotan_laplacian(shapes.sphere(3)), k=9)
-    >>> global_point_signature(basis).shape
-    (642, 8)
     """
     first = first_nonzero(basis, 1)
     return np.asarray(basis.evecs[:, first:] / np.sqrt(basis.evals[first:]))
@@ -86,12 +76,6 @@ def heat_kernel_signature(basis: Eigenbasis, times: ArrayLike) -> FloatArray:
     HKS(x, t) = sum_k exp(-lambda_k t) phi_k(x)^2, in 1 / squared units of the vertices, t in squared units; it tends to
     1 / area. Scaled by s: HKS_s(x, s^2 t) = HKS(x, t) / s^2. `signature_times` chooses times (Sun, Ovsjanikov and
     Guibas, "A concise and provably informative multi-scale signature based on heat diffusion", 2009, eq. 4).
-
-    >>> from spectral_notes import compute_eigenbasis, cotan_laplacian, shapes
-    >>> basis = compute_eigenbasis(*cotan_laplacian(shapes.sphere(3)), k=30)
-    >>> hks = heat_kernel_signature(basis, [60.0])
-    >>> bool(np.allclose(hks, 1.0 / basis.M.sum()))  # long times: 1 / area
-    True
     """
     times = as_floats("times", times, ("p",))
     if (times <= 0.0).any():
@@ -141,12 +125,6 @@ def signature_energies(basis: Eigenbasis, n_energies: int = 100) -> tuple[FloatA
     """Return energies, logarithms of eigenvalues, and a width for `wave_kernel_signature`.
 
     The energies are evenly spaced, two widths inside the spectrum's ends; a width is seven steps between them.
-
-    >>> from spectral_notes import compute_eigenbasis, interval_laplacian
-    >>> basis = compute_eigenbasis(*interval_laplacian(101), k=20)
-    >>> energies, width = signature_energies(basis, 50)
-    >>> bool(np.isclose(width, 7 * (energies[1] - energies[0])))
-    True
     """
     n_energies = as_count("n_energies", n_energies, 2)
     low, high = np.log(basis.evals[[first_nonzero(basis, 2), -1]])

@@ -39,11 +39,8 @@ def fourier_basis(n: int) -> tuple[FloatArray, IntArray]:
     The second array (n,) holds the oscillations round the circle of each column. Analyze with c = Q.T @ f, synthesize
     with f = Q @ c.
 
-    >>> Q, frequencies = fourier_basis(6)
-    >>> frequencies.tolist()
+    >>> fourier_basis(6)[1].tolist()
     [0, 1, 1, 2, 2, 3]
-    >>> bool(np.allclose(Q.T @ Q, np.eye(6)))
-    True
     """
     psi, chi = fourier_matrices(n)
     frequencies = (np.arange(n) + 1) // 2

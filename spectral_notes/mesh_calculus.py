@@ -301,11 +301,7 @@ class PoissonSolver:
         return f"PoissonSolver({self.M.shape[0]} vertices, {len(self._held)} fixed, screening={self.screening:g})"
 
     def solve(
-        self,
-        f: ArrayLike | None = None,
-        *,
-        load: ArrayLike | None = None,
-        values: ArrayLike | None = None,
+        self, f: ArrayLike | None = None, *, load: ArrayLike | None = None, values: ArrayLike | None = None,
         remove_mean: bool = False,
     ) -> FloatArray:
         """Return u, pointwise, for one right-hand side, or for one a column.
@@ -348,15 +344,8 @@ class PoissonSolver:
 
 
 def solve_poisson(
-    L: sp.csr_array,
-    M: sp.csr_array,
-    f: ArrayLike | None = None,
-    *,
-    load: ArrayLike | None = None,
-    fixed: ArrayLike = (),
-    values: ArrayLike | None = None,
-    screening: float = 0.0,
-    remove_mean: bool = False,
+    L: sp.csr_array, M: sp.csr_array, f: ArrayLike | None = None, *, load: ArrayLike | None = None,
+    fixed: ArrayLike = (), values: ArrayLike | None = None, screening: float = 0.0, remove_mean: bool = False,
 ) -> FloatArray:
     """Return the u (n,) or (n, d) of one right-hand side: what `PoissonSolver` solves, for those who ask once.
 

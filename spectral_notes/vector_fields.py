@@ -129,11 +129,6 @@ def smoothest_field(
 
     One complex number a vertex, in the frames of `edge_transport`; of norm one in M if nothing is fixed. With `n_fold`
     above 1 it and the `values` at the vertices `fixed` are powers of arrows.
-
-    >>> from spectral_notes.shapes import flat_torus
-    >>> z = smoothest_field(flat_torus(1.0, 1.0, 6, 6), fixed=[0], values=[2j])
-    >>> bool(np.abs(np.abs(z) - 2).max() < 1e-9)  # on a flat torus one arrow goes everywhere
-    True
     """
     L, M = connection_laplacian(surface, n_fold)
     n = L.shape[0] // 2
@@ -176,11 +171,6 @@ def transport_vector(surface: Surface, vertex: int, value: complex = 1.0, *, ste
     Heat of the connection Laplacian arrives first by the shortest way and keeps the direction; the length is put back.
     The time of the step is by default the square of the mean edge length (Sharp, Soliman and Crane, "The vector heat
     method", 2019, algorithm 1).
-
-    >>> from spectral_notes.shapes import sphere
-    >>> z = transport_vector(sphere(3), 0, 2.0)
-    >>> bool(np.allclose(np.abs(z), 2.0))
-    True
     """
     edges = edge_transport(surface)
     n = len(edges.vertex_areas)
@@ -201,12 +191,6 @@ def arrows_of_field(mesh: TriangleMesh, z: ArrayLike, n_fold: int = 1) -> FloatA
 
     Of an n-fold field the root with the smallest angle is drawn, as long as z. The arrows are for pictures and for
     input: matrices know nothing of them.
-
-    >>> from spectral_notes.shapes import sphere
-    >>> ball = sphere(2)
-    >>> arrows = arrows_of_field(ball, np.ones(ball.n_vertices))
-    >>> bool(np.abs((arrows * vertex_normals(ball)).sum(axis=1)).max() < 1e-12)
-    True
     """
     edges = edge_transport(as_mesh(mesh))
     z = _field(z, mesh.n_vertices)
@@ -226,13 +210,6 @@ def hodge_parts(mesh: TriangleMesh, field: ArrayLike) -> tuple[FloatArray, Float
     out of a face's plane is left off. The potential of the first is linear with values at vertices, that of the second
     with values at the middles of edges, zero on a boundary: with both at the vertices the rest would be too large
     (Polthier and Preuss, "Identifying vector field singularities using a discrete Hodge decomposition", 2003).
-
-    >>> from spectral_notes.shapes import sphere
-    >>> ball = sphere(2)
-    >>> wind = np.tile([1.0, 0.0, 0.0], (ball.n_faces, 1))  # on a ball it is the gradient of x
-    >>> gradient, turned, harmonic = hodge_parts(ball, wind)
-    >>> bool(max(np.abs(turned).max(), np.abs(harmonic).max()) < 1e-9)
-    True
     """
     mesh = as_mesh(mesh)
     normals = face_normals(mesh)

@@ -116,13 +116,7 @@ def _slip_of_transform(F: Any, true: Any, n: int, scaling: str) -> str:
 
 @judged
 def check_difference_matrix(
-    answer: object,
-    x: ArrayLike,
-    *,
-    derivative: int = 1,
-    accuracy: int = 2,
-    length: float | None = None,
-    end_accuracy: int | None = None,
+    answer: object, x: ArrayLike, *, derivative: int = 1, accuracy: int = 2, length: float | None = None
 ) -> Verdict:
     """Judge a matrix that differentiates samples: its rows must be exact for polynomials.
 
@@ -136,7 +130,6 @@ def check_difference_matrix(
     derivative : {1, 2}, which derivative; the second is +d^2/dx^2
     accuracy : the order of accuracy that is asked for
     length : the circumference, for samples round a circle; an interval if not given
-    end_accuracy : the order of accuracy of the first and the last row, if lower
 
     Examples
     --------
@@ -150,13 +143,10 @@ def check_difference_matrix(
     n, h = len(points), float(np.diff(points).min())
     D = read_matrix(answer, "the matrix", (n, n))
     offsets = _offsets(D, points, length)
-    at_ends = accuracy if end_accuracy is None else end_accuracy
     for degree in range(d + accuracy):
         target = float(degree == d) * float(np.prod(np.arange(1, d + 1)))
         powers = sp.csr_array((D.data * (offsets / h) ** degree, D.indices, D.indptr), shape=D.shape)
         error = powers.sum(axis=1) * h**d - target  # what each row makes of ((x - x_i) / h)^degree, times h^d
-        if degree >= d + at_ends and length is None:
-            error[[0, -1]] = 0.0
         if not abs(error).max() <= 1e-4:
             if length is not None and _spectral(D, points, d, length):
                 break

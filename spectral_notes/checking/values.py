@@ -18,12 +18,7 @@ TRUTH = {"1": "true", "1.0": "true", "yes": "true", "0": "false", "0.0": "false"
 
 @judged
 def check_number(
-    answer: object,
-    expected: float | str,
-    *,
-    within: float | None = None,
-    modulo: float | None = None,
-    law: str = "",
+    answer: object, expected: float | str, *, within: float | None = None, modulo: float | None = None, law: str = "",
     slips: dict[float, str] | None = None,
 ) -> Verdict:
     """Judge one number.
@@ -61,14 +56,8 @@ def check_number(
 
 @judged
 def check_values(
-    answer: object,
-    expected: ArrayLike | str,
-    *,
-    within: float = 1e-5,
-    law: str = "",
-    either_sign: bool = False,
-    free_scale: bool = False,
-    through: ArrayLike | None = None,
+    answer: object, expected: ArrayLike | str, *, within: float = 1e-5, law: str = "", either_sign: bool = False,
+    free_scale: bool = False, through: ArrayLike | None = None,
 ) -> Verdict:
     """Judge an array of numbers, entry by entry.
 
@@ -117,11 +106,7 @@ def check_values(
 
 @judged
 def check_function(
-    answer: object,
-    reference: Callable[..., Any] | str,
-    inputs: Iterable[Sequence[Any]],
-    *,
-    within: float = 1e-5,
+    answer: object, reference: Callable[..., Any] | str, inputs: Iterable[Sequence[Any]], *, within: float = 1e-5,
     law: str = "",
 ) -> Verdict:
     """Judge a function by what it returns for test inputs.

@@ -33,11 +33,7 @@ Shape = TriangleMesh | PointCloud
 
 
 def write_arrays(
-    path: str | os.PathLike[str],
-    shape: Shape,
-    arrays: Mapping[str, ArrayLike],
-    *,
-    colors: str = "",
+    path: str | os.PathLike[str], shape: Shape, arrays: Mapping[str, ArrayLike], *, colors: str = "",
     kind: str = "signed",
 ) -> None:
     """Write a shape and the functions on its vertices to a VTP, PLY, CSV or NPZ file, whole or not at all.

@@ -71,7 +71,7 @@ def write_eigenbasis(path: str | Path, basis: Eigenbasis) -> None:
     True
     """
     arrays = {"evals": basis.evals, "evecs": basis.evecs, "residuals": np.asarray(basis.residuals),
-              "n_zero": np.array(basis.n_zero)}  # fmt: skip
+              "n_zero": np.array(basis.n_zero)}
     _save(path, arrays | _parts("M", basis.M))
 
 

@@ -102,12 +102,7 @@ def shape_name(path: Path) -> str:
 
 
 def shape_from_bytes(
-    data: bytes,
-    suffix: str,
-    *,
-    name: str = "",
-    clean: bool = False,
-    where: str = "the stream",
+    data: bytes, suffix: str, *, name: str = "", clean: bool = False, where: str = "the stream",
     path: Path | None = None,
 ) -> TriangleMesh | PointCloud:
     r"""Return the shape that the bytes of a whole file hold; `where` is what messages call it, `path` where it lies.

@@ -26,7 +26,8 @@ def vertex_error(mesh: TriangleMesh, other: TriangleMesh) -> float:
     >>> round(vertex_error(square, lifted), 12), round(surface_error(square, lifted), 12)
     (1.0, 1.0)
     """
-    _same_size(mesh, other)
+    if mesh.n_vertices != other.n_vertices:
+        raise ValueError(f"meshes must have equally many vertices; got {mesh.n_vertices} and {other.n_vertices}")
     gap = mesh.vertices - other.vertices
     return 100 * float(np.sqrt((gap * gap).sum(axis=1).mean())) / _diagonal(mesh)
 
@@ -91,8 +92,3 @@ def _squared_distances(start: TriangleMesh, end: TriangleMesh) -> FloatArray:
 
 def _diagonal(mesh: TriangleMesh) -> float:
     return float(np.linalg.norm(np.ptp(mesh.vertices, axis=0)))
-
-
-def _same_size(mesh: TriangleMesh, other: TriangleMesh) -> None:
-    if mesh.n_vertices != other.n_vertices:
-        raise ValueError(f"meshes must have equally many vertices; got {mesh.n_vertices} and {other.n_vertices}")

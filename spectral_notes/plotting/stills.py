@@ -64,13 +64,8 @@ def plot_matrix(A: Any, *, ax: Axes | None = None, title: str = "") -> Axes:
 
 
 def plot_surfaces(
-    surfaces: TriangleMesh | PointCloud | Sequence[TriangleMesh | PointCloud],
-    values: Any = None,
-    *,
-    titles: Sequence[str] | None = None,
-    n_columns: int | None = None,
-    color_bar: str = "",
-    **view: Any,
+    surfaces: TriangleMesh | PointCloud | Sequence[TriangleMesh | PointCloud], values: Any = None, *,
+    titles: Sequence[str] | None = None, n_columns: int | None = None, color_bar: str = "", **view: Any,
 ) -> Figure:
     """Draw surfaces, or one surface under several functions, in rows of still pictures.
 

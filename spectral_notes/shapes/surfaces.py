@@ -106,12 +106,8 @@ def torus(n_major: int = 120, n_minor: int = 50, R: float = 1.0, r: float = 0.4)
 
 
 def torus_patch(
-    u_range: ArrayLike = (0.0, 1.5 * np.pi),
-    v_range: ArrayLike = (-0.75 * np.pi, 0.75 * np.pi),
-    n_major: int = 91,
-    n_minor: int = 41,
-    R: float = 1.0,
-    r: float = 0.4,
+    u_range: ArrayLike = (0.0, 1.5 * np.pi), v_range: ArrayLike = (-0.75 * np.pi, 0.75 * np.pi), n_major: int = 91,
+    n_minor: int = 41, R: float = 1.0, r: float = 0.4,
 ) -> TriangleMesh:
     """Return the part of a torus over a rectangle of its two angles: a surface with one boundary loop.
 

@@ -244,7 +244,7 @@ def _iterate(
         found = block_lanczos(
             solver, columns, values, min(band, k - len(values)), M=problem.B, block=block, tol=tol, watch=watch,
             seed=seed + len(values), enough=1.0 / (shift + share * shift), doubt=0.0 if len(values) == c else tol,
-        )  # fmt: skip
+        )
         largest = (1.0 / float(found[-1]) - shift) / share
         if len(values) == c and EPS * float(problem.A.diagonal().max()) < largest < shift:
             shift, solver = SHIFT * largest, None

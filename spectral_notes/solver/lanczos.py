@@ -72,7 +72,7 @@ def block_lanczos(
     operator: Operator, columns: FloatArray, exact_values: FloatArray, k: int, *, block: int = 8,
     M: sp.csr_array | None = None, tol: float = 1e-9, seed: int = 0, watch: Watch | None = None,
     enough: float = np.inf, doubt: float = 0.0,
-) -> FloatArray:  # fmt: skip
+) -> FloatArray:
     """Compute the k eigenpairs of largest magnitude of an operator that is symmetric in the inner product of M.
 
     `columns` (rows, n) is the memory to work in, a vector a row. Its first rows hold eigenvectors that are known, with
@@ -116,7 +116,7 @@ def block_lanczos(
 def _start(
     operator: Operator, columns: FloatArray, exact_values: FloatArray, block: int, M: sp.csr_array | None, seed: int,
     doubt: float,
-) -> Krylov:  # fmt: skip
+) -> Krylov:
     """The space of the exact vectors, with a random block orthogonal to them in waiting."""
     c = len(exact_values)
     T = np.zeros((len(columns), len(columns)))
@@ -124,7 +124,7 @@ def _start(
     space = Krylov(
         operator=operator, M=M, V=columns.T, T=T, fixed=c, block=block, rng=np.random.default_rng(seed),
         size=c, arrow=c, loss=np.zeros((c, block)), loss_before=np.zeros((0, block)), doubt=doubt,
-    )  # fmt: skip
+    )
     W = np.asfortranarray(space.rng.standard_normal((columns.shape[1], block)))
     _project_out(space, c, W)
     Q, _ = _orthonormalize(space, W)
