@@ -291,32 +291,27 @@ def robust_cloud_laplacian(cloud: PointCloud, *, n_neighbors: int = 30) -> Pair:
 def tetrahedral_laplacian(vertices: ArrayLike, tets: ArrayLike, *, mass: str = "lumped") -> Pair:
     """Return the positive semidefinite Laplacian of a solid: linear finite elements on its tetrahedra.
 
-    ``f @ L @ f`` is the integral of the squared slope of f over the solid. Its surface is free: nothing flows out.
+    ``f @ L @ f`` is the integral of the squared slope of f over the solid. Its surface is free: nothing flows out
+    (Strang and Fix, *An Analysis of the Finite Element Method*, 2008, ch. 1).
 
     Parameters
     ----------
-    vertices : (n, 3) array, places of the vertices; each belongs to a tetrahedron
-    tets : (m, 4) array, the corners of each tetrahedron as places in `vertices`, in any order
-    mass : {"lumped", "full"}, "lumped" gives each corner a quarter of its tetrahedra's volumes; "full" integrates
-        products exactly, and its eigenvalues bound those of the solid that the tetrahedra fill from above.
+    vertices : (n, 3), places of the vertices; each belongs to a tetrahedron
+    tets : (m, 4), the corners of each tetrahedron, which has a volume, as places in `vertices`, in any order
+    mass : {"lumped", "full"}
+        "lumped" gives each corner a quarter of its tetrahedra's volumes; "full" integrates products exactly, and its
+        eigenvalues bound those of the solid that the tetrahedra fill from above.
 
     Returns
     -------
-    L (n, n) csr_array: weak Laplacian, in units of the vertices; M (n, n) csr_array: mass, in cubed units; its entries
-    sum to the volume. Raises TypeError or ValueError if an array has another shape, a corner is no vertex, a vertex has
-    no tetrahedron, or a tetrahedron no volume.
+    L : (n, n) csr_array, weak, in units of the vertices
+    M : (n, n) csr_array, in cubed units; its entries sum to the volume
 
     Examples
     --------
     >>> L, M = tetrahedral_laplacian([[0, 0, 0], [6, 0, 0], [0, 6, 0], [0, 0, 6]], [[0, 1, 2, 3]])
-    >>> L.toarray().round(12).tolist()[0]
-    [3.0, -1.0, -1.0, -1.0]
-    >>> round(float(M.sum()), 9)
-    36.0
-
-    References
-    ----------
-    Strang and Fix, *An Analysis of the Finite Element Method* (2008), ch. 1.
+    >>> L.toarray().round(12).tolist()[0], round(float(M.sum()), 9)
+    ([3.0, -1.0, -1.0, -1.0], 36.0)
     """
     vertices = as_floats("vertices", vertices, ("n", 3))
     n = len(vertices)

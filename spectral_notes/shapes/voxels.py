@@ -192,25 +192,15 @@ def voxel_tetrahedra(grid: VoxelGrid) -> tuple[FloatArray, IntArray]:
     """Return the solid cut into tetrahedra, six to a cube, round the diagonal that points away from the middle.
 
     Each tetrahedron walks along three edges from the cube's corner next to the middle to the one opposite. So none of
-    them crosses a plane of symmetry of the grid, and a full cube of an even number of steps can be pushed to a ball.
-
-    Parameters
-    ----------
-    grid : VoxelGrid, the solid
-
-    Returns
-    -------
-    vertices (n, 3): the corners of the cubes; tets (6 n_voxels, 4): the corners of each tetrahedron.
+    them crosses a plane of symmetry of the grid, and a full cube of an even number of steps can be pushed to a ball
+    (Kuhn, "Some combinatorial lemmas in topology", 1960). The vertices (n, 3) are the corners of the cubes, the
+    tetrahedra (6 n_voxels, 4) name four of them each.
 
     Examples
     --------
     >>> vertices, tets = voxel_tetrahedra(VoxelGrid(np.ones((2, 1, 1), dtype=bool), (0, 0, 0), 1.0))
     >>> len(vertices), len(tets)
     (12, 12)
-
-    References
-    ----------
-    Kuhn, "Some combinatorial lemmas in topology" (1960).
     """
     cubes = np.argwhere(grid.inside)  # (n_voxels, 3)
     outward = np.where(2 * cubes + 1 < grid.inside.shape, -1, 1)
