@@ -124,7 +124,8 @@ def half_coefficients(a: ArrayLike, b: ArrayLike) -> tuple[FloatArray, FloatArra
     ([7.0, 3.0, 1.0], [0.0, 4.0, 0.0])
     """
     a, b = _as_pair(a, b)
-    weights = _half_weights(a.size)
+    k = np.arange(a.size // 2 + 1)
+    weights = np.where((k == 0) | (2 * k == a.size), 1.0, 2.0)  # how many frequencies share the wave k
     return weights * a[: weights.size], weights * b[: weights.size]
 
 
@@ -183,9 +184,3 @@ def _as_pair(a: ArrayLike, b: ArrayLike) -> tuple[FloatArray, FloatArray]:
 def _partners(n: int) -> IntArray:
     """The frequency n - k (0 for k = 0) that holds the same pair of waves, for k = 0 .. n - 1."""
     return -np.arange(n) % n
-
-
-def _half_weights(n: int) -> FloatArray:
-    """How many of the frequencies 0 .. n - 1 share the wave k, for k = 0 .. n // 2: one or two."""
-    k = np.arange(n // 2 + 1)
-    return np.where((k == 0) | (2 * k == n), 1.0, 2.0)

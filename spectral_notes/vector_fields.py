@@ -176,7 +176,7 @@ def transport_vector(surface: Surface, vertex: int, value: complex = 1.0, *, ste
     n = len(edges.vertex_areas)
     vertex = int(as_indices("vertex", [vertex], (1,), n)[0])
     if step is None:
-        step = float(_mean_length(surface) ** 2)
+        step = float(_faces_and_lengths(surface)[1].mean() ** 2)  # an inner edge counts for both of its faces
     step = as_number("step", step, above=0.0)
     L, M = connection_laplacian(surface)
     source = np.zeros(2 * n)
@@ -292,11 +292,6 @@ def _faces_and_lengths(surface: Surface) -> tuple[IntArray, FloatArray]:
     if lengths.min() <= 0 or longest.max() >= -1e-12 * lengths.max():
         raise ValueError(f"surface must have no face without area; face {int(longest.argmax())} has none")
     return faces, lengths
-
-
-def _mean_length(surface: Surface) -> float:
-    """Return the mean length of the edges, an inner edge counted for each of its faces."""
-    return float(_faces_and_lengths(surface)[1].mean())
 
 
 def _corner_angles(lengths: FloatArray) -> FloatArray:

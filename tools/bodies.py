@@ -19,11 +19,11 @@ import numpy as np
 import scipy.sparse as sp
 from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
+from storing import save_stored
 
 from spectral_notes._checks import FloatArray, IntArray
 from spectral_notes.mesh_calculus import surface_weights
 from spectral_notes.meshes import TriangleMesh
-from spectral_notes.shapes.stored import save_stored
 
 Distance = Callable[[FloatArray], FloatArray]
 Vector = tuple[float, float, float]

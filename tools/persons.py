@@ -27,11 +27,11 @@ import scipy.sparse as sp
 from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 from scipy.spatial.transform import Rotation
+from storing import save_stored
 
 from spectral_notes.mesh_calculus import surface_weights
 from spectral_notes.meshes import TriangleMesh, connected_components, corner_angles, euler_characteristic, is_closed
 from spectral_notes.shapes.people import PERSON_SEGMENTS, person, person_correspondence
-from spectral_notes.shapes.stored import save_stored
 
 Array = NDArray[Any]
 ROOT = Path(__file__).resolve().parent.parent

@@ -25,7 +25,7 @@ from spectral_notes.command.streams import OPTIONS
 from spectral_notes.compression import decode, describe, encode, renumbered
 from spectral_notes.eigenbasis import Eigenbasis, compute_eigenbasis
 from spectral_notes.files import write_whole
-from spectral_notes.files.arrays import ARRAY_FORMATS, named_arrays, write_arrays
+from spectral_notes.files.arrays import ARRAY_FORMATS, columns, named_arrays, write_arrays
 from spectral_notes.files.eigenbasis_files import write_eigenbasis
 from spectral_notes.geometry.mesh_distances import vertex_error
 from spectral_notes.geometry.mesh_health import health
@@ -143,7 +143,7 @@ def find_modes(
     ]
     return Result(
         facts, lines, shape, f"{shape.name}: {basis.k} modes", {"mode": basis.evecs},
-        colors=_column("mode", shown[0], basis.k),
+        colors=list(columns({"mode": basis.evecs}))[shown[0]],
         views=[SurfaceView(shape, basis.evecs[:, i], title=f"mode {i}", camera=camera) for i in shown],
         save_npz=lambda place: write_eigenbasis(place, basis),
     )
@@ -285,8 +285,3 @@ def decompress(data: bytes, **options: Any) -> tuple[Result, TriangleMesh]:
     """Decode the bytes of a .sgn file."""
     mesh = decode(data, **options)
     return Result(own_shape.size_of(mesh) | {"bytes": len(data)}, [f"{mesh}"], mesh), mesh
-
-
-def _column(name: str, i: int, count: int) -> str:
-    """The name of column i of an array in files."""
-    return f"{name}_{i:0{len(str(count - 1))}d}" if count > 1 else f"{name}_0"

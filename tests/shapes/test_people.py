@@ -9,6 +9,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from persons import crossing_faces, limb_gap
+from storing import pack
 
 from spectral_notes.meshes import TriangleMesh, connected_components, corner_angles, euler_characteristic, is_closed
 from spectral_notes.shapes import (
@@ -20,7 +21,7 @@ from spectral_notes.shapes import (
     person_segments,
     sphere,
 )
-from spectral_notes.shapes.stored import pack, unpack
+from spectral_notes.shapes.stored import unpack
 
 ROOT = Path(__file__).resolve().parents[2]
 ALL = list(itertools.product(PERSONS, PERSON_POSES))
