@@ -46,7 +46,7 @@ POSES = ("stand", "walk", "reach")
 LANDMARKS = {  # where the bodies stand at rest: head, hands, feet; nose, hooves
     "doll": [[0, 1.83, 0.01], [0.97, 1.17, 0.01], [-0.83, 1.19, 0.01], [0.2, 0.03, 0.18], [-0.2, 0.03, 0.18]],
     "goat": [[1.08, 0.97, 0], [0.42, 0, 0.15], [0.42, 0, -0.15], [-0.49, 0, 0.15], [-0.49, 0, -0.15]],
-}  # fmt: skip
+}
 
 
 @dataclass(frozen=True, eq=False)
@@ -87,9 +87,9 @@ def _persons(first: tuple[str, str], second: tuple[str, str]) -> Pair:
     places = P_2 @ (shapes.person_correspondence(*second, *first) @ shapes.person(*first).vertices)
     parts = shapes.person_segments(*second)[np.asarray(P_2.argmax(axis=1)).ravel()]
     tips = {"head": [0, 1, 0], "left hand": [1, 0, 0], "right hand": [-1, 0, 0], "left foot": [0, 0, 1],
-            "right foot": [0, 0, 1]}  # fmt: skip
+            "right foot": [0, 0, 1]}
     marks = np.array([np.where(parts == shapes.PERSON_SEGMENTS.index(part), two.vertices @ way, -np.inf).argmax()
-                      for part, way in tips.items()])  # fmt: skip
+                      for part, way in tips.items()])
     true_21 = nearest_rows(one.vertices, places)
     return _pair(" ".join((*first, "->", *second)), one, two, np.arange(len(true_21)), true_21, marks)
 
@@ -150,7 +150,7 @@ def _published(kind: str, folder: Path, a: str, b: str, path: Path | None) -> Pa
     """One pair of a public set: meshes, known vertices of the second, and their images on the first."""
     if kind == "tosca":
         one, two = (TriangleMesh(np.loadtxt(folder / f"{name}.vert"), np.loadtxt(folder / f"{name}.tri", dtype=int) - 1)
-                    for name in (a, b))  # fmt: skip
+                    for name in (a, b))
         at_2 = true_21 = np.arange(two.n_vertices)
     else:
         one, two = (read_mesh(folder / "off" / f"{name}.off") for name in (a, b))
@@ -220,7 +220,7 @@ def measure(pair: Pair, methods: list[str]) -> dict[str, dict[str, Any]]:
         one["far"] = float((error > FAR).mean())
         one["orientation"] = orientation_score(pair.mesh_1, pair.mesh_2, p2p_21)
     return {method: {key: round(value, 4) if isinstance(value, float) else value for key, value in one.items()}
-            for method, one in found.items()}  # fmt: skip
+            for method, one in found.items()}
 
 
 def is_wrong(entry: dict[str, Any]) -> bool:
@@ -237,7 +237,7 @@ def counts(entries: list[dict[str, Any]], doubts: list[float]) -> str:
     for entry, doubt in zip(entries, doubts, strict=True):
         table[is_wrong(entry), doubt >= 0.5] += 1
     return (f"wrong: {table[True, True]} doubted, {table[True, False]} not; "
-            f"right: {table[False, True]} doubted, {table[False, False]} not")  # fmt: skip
+            f"right: {table[False, True]} doubted, {table[False, False]} not")
 
 
 def store(path: Path, results: dict[str, Any]) -> None:
@@ -272,12 +272,12 @@ def main() -> None:
         if name in rows:
             print(f"{name}: " + "; ".join(f"{m} {one['error']:.4f}{' WRONG' * is_wrong(one)}"
                                           f"{' doubted' * (one.get('doubt', 0) >= 0.5)}"
-                                          for m, one in rows[name].items()), flush=True)  # fmt: skip
+                                          for m, one in rows[name].items()), flush=True)
     for method in METHODS:
         entries = [row[method] for row in rows.values() if method in row]
         if entries:
             print(f"{method}: mean {np.mean([one['error'] for one in entries]):.4f} over {len(entries)} pairs, "
-                  f"{sum(map(is_wrong, entries))} wrong")  # fmt: skip
+                  f"{sum(map(is_wrong, entries))} wrong")
     ours = [one for row in rows.values() for method, one in row.items() if "doubt" in one]
     if ours:
         print("doubt:", counts(ours, [one["doubt"] for one in ours]))

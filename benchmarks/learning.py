@@ -40,7 +40,7 @@ def code_of_the_page() -> SimpleNamespace:
         "np": np, "sp": sp, "cKDTree": cKDTree, "SimpleNamespace": SimpleNamespace, "descriptors": descriptors,
         "mesh_calculus": mesh_calculus, "meshes": meshes, "vector_fields": vector_fields,
         "compute_eigenbasis": compute_eigenbasis,
-    }  # fmt: skip
+    }
     cells = json.loads(PAGE.read_text(encoding="utf-8"))["cells"]
     for cell in cells:
         if "network" in cell["metadata"].get("tags", []):

@@ -254,7 +254,7 @@ class Assignment:
 
         number = sorted(self.answers).index(name)
         names |= {"reference": reference, "dense": dense, "instead": instead, "check": check, "slips": [],
-                  "rng": np.random.default_rng([self.seed, number])}  # fmt: skip
+                  "rng": np.random.default_rng([self.seed, number])}
         exec(hidden[1] if hidden else "cases = []", names)
 
         def tests(function: Answer) -> list[Verdict]:

@@ -204,7 +204,7 @@ def read_scores(course: Path, assignment: str, rows: dict[str, Row]) -> dict[str
                 submission = book.find_submission(assignment, row.student)
                 grades = [grade for notebook in submission.notebooks for grade in notebook.grades]
                 row.points = {g.name: None if g.needs_manual_grade and g.manual_score is None and g.auto_score is None
-                              else g.score for g in grades}  # fmt: skip
+                              else g.score for g in grades}
                 row.late = float(submission.late_submission_penalty or 0)
     return rows
 

@@ -28,4 +28,4 @@ def save_stored(
     arrays: dict[str, NDArray[Any]] = {name: pack(rows) for name, rows in whole.items()}
     for name, (rows, unit) in positions.items():
         arrays |= {name: pack(rows, unit), f"{name}_unit": np.array(unit)}
-    np.savez_compressed(path, allow_pickle=False, **arrays)
+    np.savez_compressed(path, **arrays)

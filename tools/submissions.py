@@ -172,7 +172,7 @@ def mended(nb: nbformat.NotebookNode, release: nbformat.NotebookNode) -> tuple[n
 
 
 def _chosen(name: str, names: list[str], given: list[nbformat.NotebookNode], cell: nbformat.NotebookNode,
-            notes: list[str]) -> int | None:  # fmt: skip
+            notes: list[str]) -> int | None:
     """Return which of the cells of one name counts: the last that differs from the stub."""
     found = [index for index, other in enumerate(names) if other == name]
     if not found:
@@ -188,7 +188,7 @@ def _recognised(given: list[nbformat.NotebookNode], names: list[str], asked: dic
     """Give cells without metadata the names of the answers that they are, and say whether any was found."""
     functions = {cell.source.split("(")[0]: name for name, cell in asked.items() if cell.source.startswith("def ")}
     functions = {words.removeprefix("def "): name for words, name in functions.items() if name in asked and not
-                 cell_settings(asked[name])["grade"]}  # fmt: skip
+                 cell_settings(asked[name])["grade"]}
     written = [name for name, cell in asked.items() if cell.cell_type == "markdown" and cell_settings(cell)["grade"]]
     after_last_check = False
     for index, cell in enumerate(given):
@@ -204,7 +204,7 @@ def _recognised(given: list[nbformat.NotebookNode], names: list[str], asked: dic
 
 
 def _edited(asked: dict[str, nbformat.NotebookNode], place: dict[str, int | None],
-            given: list[nbformat.NotebookNode]) -> list[str]:  # fmt: skip
+            given: list[nbformat.NotebookNode]) -> list[str]:
     """Return what is to be said of locked cells that were changed, and of an answer in words that stands elsewhere."""
     notes = []
     for name, cell in asked.items():

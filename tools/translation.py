@@ -73,7 +73,7 @@ def page_texts(pages: list[str]) -> dict[str, Catalog]:
             notebooks.write(source / "book" / path.name, path.read_text(encoding="utf-8"))
         parse = yaml.safe_load((ROOT / "_config.yml").read_text(encoding="utf-8"))["parse"]
         settings = {"extensions": ["myst_nb", "sphinx_exercise"], "nb_execution_mode": "off", "gettext_compact": False,
-                    "root_doc": f"book/{pages[0]}", **parse}  # fmt: skip
+                    "root_doc": f"book/{pages[0]}", **parse}
         notebooks.write(source / "conf.py", "\n".join(f"{name} = {value!r}" for name, value in settings.items()))
         command = [sys.executable, "-m", "sphinx", "-b", "gettext", "-q", str(source), str(out)]
         subprocess.run(command, check=True, capture_output=True)

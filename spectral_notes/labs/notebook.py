@@ -50,6 +50,7 @@ def lab(name: str, *meshes: TriangleMesh, k: int | None = None, p2p_21: ArrayLik
     (True, False)
     """
     as_choice("name", name, tuple(RECIPES))
+    k = None if k is None else as_count("k", k, 1)
     for mesh in meshes:
         if not isinstance(mesh, TriangleMesh):
             raise TypeError(f"meshes must be TriangleMesh; got {type(mesh).__name__}")

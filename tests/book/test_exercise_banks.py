@@ -57,7 +57,7 @@ def run(label: str, answers: dict[str, Any], record: list[Call] | None = None) -
     """What the check says line by line, after the answers; its calls are appended to `record`."""
     names = {**context(label), **answers}
     judged = [ast.unparse(node.args[0]) for node in ast.walk(ast.parse(CHECKS[label]))
-              if isinstance(node, ast.Call) and isinstance(node.func, ast.Name) and node.func.id.startswith("check_")]  # fmt: skip
+              if isinstance(node, ast.Call) and isinstance(node.func, ast.Name) and node.func.id.startswith("check_")]
     if record is not None:
         for kind in (name for name in checking.__all__ if name.startswith("check_")):
 
@@ -116,7 +116,7 @@ def slips(call: Call) -> list[Any]:
     if call.kind == "check_labels":
         return [np.zeros(len(wanted)), np.arange(len(wanted)), np.random.default_rng(0).permutation(wanted)]
     return [lambda *given: 0 * np.asarray(wanted_of(call, given)), lambda *given: 2 * np.asarray(wanted_of(call, given)) + 1,
-            lambda *given: "words"]  # fmt: skip
+            lambda *given: "words"]
 
 
 def wanted_of(call: Call, given: tuple[Any, ...]) -> Any:

@@ -9,7 +9,7 @@ WINDOWS = {"upright": (390, 844), "sideways": (844, 390), "desktop": (1280, 800)
 CASES = [
     ("upright", "light", "http"), ("upright", "dark", "file"), ("sideways", "light", "file"),
     ("sideways", "dark", "http"), ("desktop", "light", "file"), ("desktop", "dark", "http"),
-]  # fmt: skip
+]
 
 
 @pytest.fixture(params=CASES, ids="-".join)

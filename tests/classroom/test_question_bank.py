@@ -35,7 +35,7 @@ FORM = {
     "setOutcomeValue": ("identifier", "baseValue "), "modalFeedback": ("outcomeIdentifier showHide identifier", "p "),
     "p": ("", "((i|sub|sup|textEntryInteraction) )*"), "prompt": ("", "((i|sub|sup) )*"),
     "i": ("", "(sub )?"), "sub": ("", "(i )*"), "sup": ("", "(i )*"),
-}  # fmt: skip
+}
 
 
 @pytest.fixture(scope="module")
