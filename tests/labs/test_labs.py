@@ -291,7 +291,7 @@ def test_a_lab_says_what_it_needs():
     with pytest.raises(TypeError, match="meshes must be TriangleMesh; got ndarray"):
         labs.lab("heat", egg(2).vertices)
     with pytest.raises(ValueError, match="k must be at least 1; got 0"):
-        lab("heat", egg(1), k=0)
+        labs.lab("heat", egg(1), k=0)
     with pytest.raises(ValueError, match="p2p_21 must be given"):
         labs.lab("functional-map", egg(2), egg(1))
     with pytest.raises(ValueError, match="meshes must share their faces"):
