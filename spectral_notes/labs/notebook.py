@@ -13,7 +13,7 @@ from scipy.spatial import cKDTree
 from spectral_notes._checks import as_choice, as_count
 from spectral_notes.functional_maps import as_point_map
 from spectral_notes.labs.data import LabData, modes_data, surface_data
-from spectral_notes.labs.recipes import cap_data, map_data, parts_data
+from spectral_notes.labs.recipes import arrows_data, cap_data, filter_data, map_data, parts_data
 from spectral_notes.meshes import TriangleMesh
 from spectral_notes.plotting.pages import Page, page
 from spectral_notes.shapes import coarse_copy
@@ -21,6 +21,7 @@ from spectral_notes.shapes import coarse_copy
 SCRIPTS = Path(__file__).with_name("static")
 HEIGHT = 900  # pixels of the frame in a notebook
 N_LAB = 4500  # vertices of a surface in a lab that needs many modes
+N_FIELD = 2500  # of one whose tangent fields are solved for in the page
 
 
 def lab(name: str, *meshes: TriangleMesh, k: int | None = None, p2p_21: ArrayLike | None = None) -> Page:
@@ -31,9 +32,10 @@ def lab(name: str, *meshes: TriangleMesh, k: int | None = None, p2p_21: ArrayLik
 
     Parameters
     ----------
-    name : {"eigenfunctions", "reconstruction", "heat", "functional-map", "clusters", "fourier", "ends", "bump-dent"}
-    *meshes : one for "reconstruction" and "heat"; one or more for "eigenfunctions"; two for "functional-map"; poses
-        with the same faces for "clusters"; none for "fourier", "ends" and "bump-dent"
+    name : {"eigenfunctions", "reconstruction", "heat", "arrows", "functional-map", "clusters", "fourier", "ends",
+        "bump-dent", "filter"}; the cortex is the book's alone, as its data are nilearn's
+    *meshes : one for "reconstruction", "heat" and "arrows"; one or more for "eigenfunctions"; two for
+        "functional-map"; poses with the same faces for "clusters"; none for the other four
     k : how many modes; by default what the lab of the book has, or as many as there are vertices
     p2p_21 : (n_2,) int, for "functional-map": vertex of 2 -> vertex of 1; not needed when the two share their faces
 
@@ -111,9 +113,11 @@ RECIPES: dict[str, tuple[int, int, Recipe]] = {  # name -> least and most meshes
     "eigenfunctions": (1, 12, _modes),
     "reconstruction": (1, 1, lambda meshes, k, _: _surface(meshes, k, 500)),
     "heat": (1, 1, lambda meshes, k, _: _surface(meshes, k, 300)),
+    "arrows": (1, 1, lambda meshes, *_: [arrows_data(coarse_copy(meshes[0], N_FIELD)[0])]),
     "functional-map": (2, 2, _map),
     "clusters": (1, 12, _parts),
     "fourier": (0, 0, lambda *_: []),
     "ends": (0, 0, lambda *_: []),
     "bump-dent": (0, 0, lambda *_: [cap_data()]),
+    "filter": (0, 0, lambda *_: [filter_data()]),
 }

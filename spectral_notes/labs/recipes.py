@@ -1,4 +1,4 @@
-"""The data of the labs that need more than one surface: a map between two shapes, parts of several poses."""
+"""The data of the labs that need more than a surface and its modes: maps, parts of poses, tangent fields, a graph."""
 
 from __future__ import annotations
 
@@ -12,12 +12,16 @@ from spectral_notes._checks import as_count
 from spectral_notes.clustering import match_labels, spectral_clusters, spectral_embedding
 from spectral_notes.eigenbasis import compute_eigenbasis
 from spectral_notes.functional_maps import as_point_map, functional_map
-from spectral_notes.labs.data import LabData, in_unit_area, surface_data, viewpoint
-from spectral_notes.laplacians import cotan_laplacian
-from spectral_notes.meshes import TriangleMesh
+from spectral_notes.graphs import neighbor_graph
+from spectral_notes.labs.data import MAX_VERTICES, LabData, in_unit_area, surface_data, viewpoint
+from spectral_notes.laplacians import cotan_laplacian, graph_laplacian
+from spectral_notes.mesh_calculus import spread_faces
+from spectral_notes.meshes import TriangleMesh, euler_characteristic, is_closed, vertex_normals
 from spectral_notes.shapes import spherical_cap
+from spectral_notes.vector_fields import arrows_of_field, edge_transport
 
 CAP_ANGLE, CAP_RINGS, CAP_EYE = 1.2, 36, [0.3, -1.0, 0.5]  # the cap of the chapter on curvature
+HAIRS, LIFT = 420, 0.006  # how many arrows are drawn of a tangent field, and how far above the surface
 
 
 def map_data(mesh_1: TriangleMesh, mesh_2: TriangleMesh, p2p_21: ArrayLike, k: int) -> LabData:
@@ -109,3 +113,53 @@ def parts_data(poses: Sequence[TriangleMesh], counts: Sequence[int], *, d: int =
         "mass": cotan_laplacian(poses[0])[1].diagonal().astype(np.float32),
     }
     return LabData(facts | viewpoint(poses[0]), arrays)
+
+
+def arrows_data(mesh: TriangleMesh) -> LabData:
+    """Return a surface of area one with the turns and weights of its edges, which is all that tangent fields need.
+
+    Facts: name, n, the camera, and the Euler characteristic of a closed surface. Arrays: vertices, above where arrows
+    stand, first and second, the directions 1 and i in space, each (3, n); hairs, where arrows are drawn; faces (m, 3)
+    with the turns (m, 3) along their sides and their holonomy (m,); edges (e, 2), each once, with edge_turns and
+    weights (e,); mass (n,).
+    """
+    as_count("mesh's number of vertices", mesh.n_vertices, 1, MAX_VERTICES)
+    mesh = in_unit_area(mesh)
+    edges, ones = edge_transport(mesh), np.ones(mesh.n_vertices)
+    once = edges.tails < edges.heads
+    facts = viewpoint(mesh) | {"n": mesh.n_vertices}
+    if is_closed(mesh):
+        facts["euler"] = euler_characteristic(mesh)
+    whole = {"faces": mesh.faces, "edges": np.column_stack([edges.tails, edges.heads])[once]}
+    whole["hairs"] = np.unique(mesh.faces[spread_faces(mesh, min(HAIRS, mesh.n_faces)), 0])
+    half = {"vertices": mesh.vertices, "above": mesh.vertices + LIFT * vertex_normals(mesh)}
+    half |= {"first": arrows_of_field(mesh, ones), "second": arrows_of_field(mesh, 1j * ones)}
+    single = {"turns": edges.turns[: mesh.faces.size], "holonomy": edges.holonomy, "mass": edges.vertex_areas}
+    single |= {"edge_turns": edges.turns[once], "weights": edges.weights[once]}
+    arrays: dict[str, NDArray[Any]] = {name: values.astype(np.uint16) for name, values in whole.items()}
+    arrays |= {name: values.T.astype(np.float16) for name, values in half.items()}
+    return LabData(facts, arrays | {name: values.astype(np.float32) for name, values in single.items()})
+
+
+def filter_data(n: int = 300, neighbors: int = 7, *, seed: int = 0) -> LabData:
+    """Return a graph of random points in a square with all its modes, and three signals on it.
+
+    Facts: n and the names of the signals. Arrays: points (2, n), edges (e, 2) and their weights (e,), evals (n,),
+    evecs (n, n), mode after mode, and signals (3, n).
+    """
+    rng = np.random.default_rng(seed)
+    points = rng.random((n, 2))
+    W = neighbor_graph(points, neighbors)
+    evals, evecs = np.linalg.eigh(graph_laplacian(W)[0].toarray())
+    edges = np.argwhere(np.triu(W.toarray()))
+    x, y = points.T
+    spark = np.eye(n)[np.hypot(x - 0.5, y - 0.5).argmin()]
+    signals = {
+        "a spark": spark,
+        "hills in noise": np.cos(6 * x) * np.sin(6 * y) + 0.4 * rng.normal(size=n),
+        "two halves": np.sign(x - 0.5),
+    }
+    single = {"points": points.T, "weights": W.toarray()[*edges.T], "evals": evals, "evecs": evecs.T}
+    single["signals"] = np.array(list(signals.values()))
+    arrays = {name: values.astype(np.float32) for name, values in single.items()}
+    return LabData({"n": n, "names": list(signals)}, arrays | {"edges": edges.astype(np.uint16)})

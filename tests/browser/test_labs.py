@@ -20,7 +20,9 @@ from spectral_notes.meshes import TriangleMesh, edge_lengths
 from spectral_notes.shapes import coarse_copy, goat, spherical_cap
 
 PAGE = "book/labs.html"
-LABS = ("fourier", "ends", "bump-dent", "eigenfunctions", "heat", "reconstruction", "functional-map", "clusters")
+LABS = ("fourier", "ends", "bump-dent", "eigenfunctions", "heat", "reconstruction", "functional-map", "clusters", "arrows", "filter", "cortex")
+FLAT = ("fourier", "ends", "filter")  # no scene
+WINDOWS = {"upright": (390, 844), "sideways": (844, 390), "desktop": (1280, 800)}
 STEP_MILLISECONDS = 20.0
 
 
@@ -133,7 +135,7 @@ def test_a_lab_says_what_to_try_and_names_its_controls(lab):
 
 def test_a_canvas_is_not_one_colour_and_turns_by_the_keyboard(lab):
     scene = lab.root.locator(".lab-scene")
-    if lab.name in ("fourier", "ends"):
+    if lab.name in FLAT:
         assert scene.count() == 0
         return
     scene.scroll_into_view_if_needed()
@@ -156,7 +158,7 @@ def test_every_slider_moves_a_number_by_the_keyboard(lab):
         lab.page.keyboard.press("Home" if slider.evaluate("(s) => s.value === s.max") else "End")
         lab.settle()
         assert slider.get_attribute("aria-valuetext") != before[1], label
-        if label != "Wave k":  # chooses what the next slider changes, and is a number itself
+        if label not in ("Wave k", "Knob"):  # chooses what the next slider changes, and is a number itself
             assert numbers(lab) != before[0], label
 
 
@@ -216,7 +218,7 @@ def test_without_webgl_the_picture_stays_and_a_sentence_says_why(visit):
 
 def test_a_fifth_scene_stops_the_oldest(visit):
     with visit(PAGE) as (page, _):
-        started = [Lab(page, name).start() for name in LABS if name not in ("fourier", "ends")]
+        started = [Lab(page, name).start() for name in LABS if name not in FLAT]
         assert started[0].root.locator(".lab-start").count() == 1
         assert all(lab.root.locator(".lab-scene").count() == 1 for lab in started[-4:])
 
@@ -413,13 +415,132 @@ def test_the_ground_and_the_spectrum_know_no_bump_from_a_dent_and_the_air_does(v
         assert abs(lab.number("On the ground") - 1.2 * 18 / n_rings) < 1e-3
 
 
+@pytest.mark.parametrize(("window", "theme"), [("upright", "dark"), ("sideways", "light"), ("desktop", "dark")])
+@pytest.mark.parametrize("which", ["arrows", "filter", "cortex"])
+def test_every_control_of_part_four_is_pressed_by_pointer_and_by_keys(visit, which, window, theme):
+    width, height = WINDOWS[window]
+    with visit(PAGE, "file", theme, viewport={"width": width, "height": height}, has_touch=window != "desktop") as (page, watch):
+        lab = Lab(page, which)
+        lab.root.locator(".lab-start").tap() if window != "desktop" else lab.root.locator(".lab-start").click()
+        lab.root.locator(".lab-numbers dd").first.wait_for()
+        lab.settle()
+        assert page.evaluate("document.documentElement.scrollWidth") <= width
+        for slider in lab.root.locator("input[type=range]").all():
+            said = [slider.get_attribute("aria-valuetext")]
+            slider.scroll_into_view_if_needed()
+            box = slider.bounding_box()
+            at = {"x": box["width"] * 0.3, "y": box["height"] / 2}
+            slider.tap(position=at) if window != "desktop" else slider.click(position=at)
+            said.append(lab.settle() and slider.get_attribute("aria-valuetext"))
+            slider.press("ArrowRight")
+            said.append(lab.settle() and slider.get_attribute("aria-valuetext"))
+            assert len(set(said)) == 3, said
+        for select in lab.root.locator("select").all():
+            select.focus()
+            page.keyboard.press("ArrowDown")
+            lab.settle()
+            assert select.evaluate("(s) => s.selectedIndex") == 1
+            page.keyboard.press("ArrowUp")
+            lab.settle()
+        for button in lab.root.locator(".lab-controls button").all():
+            for press in (button.tap if window != "desktop" else button.click, lambda button=button: button.press("Enter")):
+                press()
+                lab.settle()
+        lab.root.locator("summary").first.click()
+        assert lab.root.locator("details").first.get_attribute("open") is not None
+        assert watch.faults() == []
+        lab.root.locator(".lab-stop").press("Enter")
+        assert lab.root.locator("img").is_visible()
+
+
+def test_arrows_follow_and_their_indices_sum_to_two(visit):
+    with visit(PAGE) as (page, watch):
+        lab = Lab(page, "arrows").start()
+        two = lab.number("Energy")
+        energies = [lab.slide("Turn the newest", degrees).number("Energy") for degrees in (-90, -30, 30, 180)]
+        assert two < min(energies) and energies[-1] == max(energies)
+        assert lab.number("Sum of their indices") == 2
+        assert lab.slide("Turn the newest", 0).slide("Time", 0).number("Energy") > two
+        for kind, unit in (("lines", "1/2"), ("crosses", "1/4")):
+            lab.choose("Field of", kind)
+            assert lab.number("Sum of their indices") == 2
+            assert f"of index {unit}," in lab.text("Singular faces")
+        assert lab.choose("Field of", "arrows").slide("Time", 40).press("Take the newest away").number("Energy") < two
+        assert lab.press("Place it there").number("Energy") == two  # the middle again
+        scene = lab.root.locator(".lab-scene")
+        scene.scroll_into_view_if_needed()
+        box = scene.bounding_box()
+        page.mouse.click(box["x"] + box["width"] * 0.44, box["y"] + box["height"] / 2)  # the flank, beside the middle
+        assert lab.settle().number("Energy") > two
+        assert lab.press("Start again").number("Energy") == two
+        assert watch.faults() == []
+
+
+def test_a_filter_is_drawn_and_its_polynomial_sees_as_far_as_its_degree(visit):
+    data = lab_files.filter_data()
+    evals, evecs, (spark, *_) = (data.arrays[name].astype(float) for name in ("evals", "evecs", "signals"))
+    W = np.zeros((300, 300), dtype=bool)
+    W[tuple(data.arrays["edges"].T)] = True
+    with visit(PAGE) as (page, _):
+        lab = Lab(page, "filter").start()
+        near = spark > 0
+        for degree in range(4):
+            assert lab.slide("Degree", degree).number("Nodes that") == near.sum()
+            near = near | (W | W.T)[near].any(axis=0)
+        for response, degree, gains in (("low-pass", 20, np.exp(-6 * np.arange(9) / 8)), ("ideal low-pass", 20, 1.0 * (np.arange(9) / 8 < 0.3))):
+            b = evals[-1] * (1 + 1e-6)
+            asked = lambda x, gains=gains, b=b: np.interp(x, np.linspace(0, b, 9), gains)  # noqa: E731
+            got = np.polynomial.chebyshev.Chebyshev.interpolate(asked, degree, [0, b])
+            wanted = np.abs(evecs.T @ ((asked(evals) - got(evals)) * (evecs @ spark))).max()
+            lab.choose("Response", response).slide("Degree", degree)
+            assert abs(lab.number("Largest difference") / wanted - 1) < 0.1
+        assert lab.number("Largest difference") > 3 * lab.choose("Response", "low-pass").number("Largest difference")
+        lab.choose("Response", "all pass")
+        for knob in range(1, 9):
+            assert lab.slide("Knob", knob).slide("Its gain", 0.3).number("Sum over the nodes") == 1
+        assert lab.slide("Knob", 0).slide("Its gain", 0.3).number("Sum over the nodes") == 0.3
+        chart = lab.root.locator(".lab-chart").first
+        chart.focus()
+        page.keyboard.press("ArrowRight")
+        page.keyboard.press("ArrowUp")
+        lab.settle()
+        assert lab.root.get_by_label("Its gain", exact=True).input_value() == "0.35"
+        chart.scroll_into_view_if_needed()
+        box = chart.bounding_box()
+        page.mouse.move(box["x"] + box["width"] * 0.55, box["y"] + box["height"] * 0.4)
+        page.mouse.down()
+        page.mouse.move(box["x"] + box["width"] * 0.55, box["y"] + box["height"] * 0.1, steps=4)
+        page.mouse.up()
+        lab.settle()
+        assert lab.root.get_by_label("Knob", exact=True).input_value() == "4"
+        assert float(lab.root.get_by_label("Its gain", exact=True).input_value()) == 1
+
+
+def test_the_cortex_has_the_wavelengths_and_the_errors_of_its_chapter(visit):
+    pial, _, maps = lab_files.cortex()
+    basis = compute_eigenbasis(*cotan_laplacian(pial), 201)
+    mass = basis.M.diagonal()
+    with visit(PAGE) as (page, _):
+        lab = Lab(page, "cortex").start()
+        for name, f in maps.items():
+            f = f - mass @ f / mass.sum()
+            left = np.sqrt(1 - np.cumsum(basis.analyze(f) ** 2) / (mass @ f**2))
+            lab.choose("Map", name)
+            for k in (1, 10, 100, 200):
+                lab.slide("Mode", k).slide("Modes k", k)
+                assert abs(lab.number("Relative error") - left[k]) < 3e-3
+                assert lab.number("Wavelength") == lab.number("Shortest") == round(2 * np.pi / np.sqrt(basis.evals[k]))
+        lab.choose("Beside it", "the whole map").choose("Surface", "inflated")
+        assert lab.root.locator(".viewer-title").all_inner_texts() == ["the whole map", "from 200 modes"]
+
+
 # --- budgets ----------------------------------------------------------------------------------------------------------
 
 
 def test_the_data_of_a_lab_is_at_most_three_megabytes(html):
     sizes = {path.stem: path.stat().st_size for path in (html / "_static" / "labs" / "data").glob("*.js")}
     print(json.dumps(sizes, indent=1))
-    assert len(sizes) == 9
+    assert len(sizes) == 12
     assert max(sizes.values()) <= lab_files.MAX_BYTES  # a lab of several shapes loads them one by one
 
 

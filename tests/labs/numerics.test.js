@@ -160,6 +160,46 @@ test("triangles: lengths of sides; the quotient of the octahedron's coordinates,
   close(numerics.rayleighQuotient(coordinates, faces, Float32Array.from(faces, () => 1)), 0, 1e-12);
 });
 
+test("linear equations: by elimination with a zero on the diagonal, and by conjugate gradients", () => {
+  allClose(numerics.solve([[0, 2, 1], [1, 1, 0], [2, 0, 1]], [7, 3, 5]), [1, 2, 3], 1e-12);
+  const A = [[4, 1, 0], [1, 3, -1], [0, -1, 2]];
+  const apply = (x) => Float64Array.from(A, (row) => row.reduce((sum, a, j) => sum + a * x[j], 0));
+  allClose(numerics.conjugateGradients(apply, Float64Array.of(6, 4, 4), Float64Array.of(9, -9, 0)), [1, 2, 3], 1e-7);
+});
+
+test("a heat step of fields: symmetric, and a field that is carried along a path of edges has no energy", () => {
+  const path = { n: 3, edges: Uint16Array.of(0, 1, 1, 2), edge_turns: [0.3, -1.1], weights: [2, 5], mass: [1, 2, 4] };
+  for (const nFold of [1, 4]) {
+    const step = numerics.heatStep(path, nFold, 0.7);
+    const angles = [0.4, 0.4 + 0.3 * nFold, 0.4 - 0.8 * nFold];
+    const carried = Float64Array.from([...angles.map(Math.cos), ...angles.map(Math.sin)]);
+    allClose(step(carried), [...carried].map((value, i) => path.mass[i % 3] * value), 1e-12);
+    const [u, v] = [Float64Array.of(1, 2, -1, 0, 3, 1), Float64Array.of(0, 1, 1, -2, 1, 5)];
+    close(numerics.dot(u, step(v)), numerics.dot(step(u), v), 1e-12);
+    assert.ok(numerics.dot(u, step(u)) > numerics.dot(u, numerics.heatStep(path, nFold, 0)(u)));
+  }
+});
+
+test("a Chebyshev sum is its polynomial: exact from its degree on, for numbers and for a path of nodes", () => {
+  const g = (x) => 1 - 2 * x + 0.5 * x * x;
+  const a = numerics.chebyshev(g, 4, 5);
+  allClose(a.slice(3), [0, 0], 1e-12);
+  const xs = [0, 1, 2.5, 5];
+  allClose(numerics.chebyshevSum(a, 5, (u) => u.map((value, i) => xs[i] * value), [1, 1, 1, 1]), xs.map(g), 1e-12);
+  allClose(numerics.chebyshevSum(numerics.chebyshev(() => 3, 0, 5), 5, (u) => u, [1, 2]), [3, 6], 1e-12);
+  const L = (f) => numerics.graphLaplacian([0, 1, 1, 2], [1, 2], f);
+  const f = Float64Array.of(1, 0, 0);
+  allClose(L(f), [1, -1, 0], 1e-12);
+  const twice = L(L(f)); // [2, -4, 2]
+  allClose(numerics.chebyshevSum(a, 5, L, f), [1 - 2 + 1, 2 - 2, 1], 1e-12);
+  assert.deepEqual([...twice], [2, -4, 2]);
+});
+
+test("a response through its knobs: at them, between them, beyond the last", () => {
+  const g = numerics.polyline([1, 0, 0.5], 4);
+  allClose([0, 1, 2, 3, 4, 9].map(g), [1, 0.5, 0, 0.25, 0.5, 0.5], 1e-12);
+});
+
 test("colours: the ends, the middle, and in between", () => {
   assert.deepEqual(numerics.colorAt(numerics.SIGNED, 0.5), [0xf7, 0xf7, 0xf7]);
   assert.deepEqual(numerics.colorAt(numerics.SIGNED, -1), [0x05, 0x30, 0x61]);

@@ -12,6 +12,7 @@ import igl
 import lab_files
 import numpy as np
 import pytest
+from numpy.polynomial import chebyshev
 from sklearn.metrics import adjusted_rand_score
 
 from spectral_notes import labs
@@ -26,11 +27,12 @@ from spectral_notes.labs.data import (
     quantise,
     surface_data,
 )
-from spectral_notes.labs.recipes import cap_data, map_data, parts_data
+from spectral_notes.labs.recipes import arrows_data, cap_data, filter_data, map_data, parts_data
 from spectral_notes.laplacians import cotan_laplacian
 from spectral_notes.meshes import TriangleMesh, corner_angles, euler_characteristic, face_areas
 from spectral_notes.plotting.packing import unpack_array
 from spectral_notes.shapes import coarse_copy, doll, egg, goat, sphere, spherical_cap
+from spectral_notes.vector_fields import connection_laplacian, field_indices, smoothest_field
 
 ROOT = Path(__file__).resolve().parents[2]
 NODE = shutil.which("node")
@@ -235,6 +237,82 @@ def test_the_quotient_of_a_lab_is_that_of_the_library_on_both_caps(tmp_path):
         assert np.allclose(found, evals[[3, 5]], rtol=1e-6), pushed
 
 
+# --- tangent fields, a filter, a cortex -------------------------------------------------------------------------------
+
+
+@needs_node
+@pytest.mark.parametrize("n_fold", [1, 2, 4])
+def test_a_field_in_node_is_the_smoothest_of_the_library_with_its_indices(tmp_path, n_fold):
+    mesh = in_unit_area(coarse_copy(goat(), 700)[0])
+    fixed = [int(mesh.vertices[:, 0].argmax()), int(mesh.vertices[:, 0].argmin()), 300]
+    values = np.array([1, 1j, -1])
+    expression = (
+        f"((n, step, at) => {{ const unit = (v) => Float64Array.from({{ length: 2 * n }}, (_, i) => +(i === v));"
+        "const z = N.fieldThrough(at.map((v) => N.conjugateGradients(step, unit(v), unit(v), 1e-10)), n, at, [[1, 0], [0, 1], [-1, 0]]);"
+        f"return [...z, ...N.fieldIndices(d, {n_fold}, z)]; }})(d.n, N.heatStep(d, {n_fold}, 1e4), {fixed})"
+    )
+    found = np.array(in_node(tmp_path, arrows_data(mesh), expression))
+    z = found[: mesh.n_vertices] + 1j * found[mesh.n_vertices : 2 * mesh.n_vertices]
+    wanted = smoothest_field(mesh, n_fold, fixed=fixed, values=values)
+    assert np.allclose(z[fixed], values, atol=1e-8)
+    assert np.abs(z - wanted).max() < 1e-3  # weights travel in single precision, and the time of the step is long, not endless
+    indices = found[2 * mesh.n_vertices :]
+    assert np.array_equal(indices, n_fold * field_indices(mesh, z, n_fold)) and indices.sum() == 2 * n_fold
+    assert np.count_nonzero(indices) > 2
+
+
+def test_an_arrow_costs_least_where_the_field_already_pointed():
+    mesh = in_unit_area(coarse_copy(goat(), 700)[0])
+    L, _ = connection_laplacian(mesh)
+    fixed = [int(mesh.vertices[:, 0].argmax()), int(mesh.vertices[:, 0].argmin())]
+    z = smoothest_field(mesh, fixed=fixed, values=[1, 1j])
+    for vertex in (100, 350, 600):
+        energies = []
+        for turn in np.radians([0, 30, -30, 180]):
+            there = z[vertex] / abs(z[vertex]) * np.exp(1j * turn)
+            field = smoothest_field(mesh, fixed=[*fixed, vertex], values=[1, 1j, there])
+            x = np.concatenate([field.real, field.imag])
+            energies.append(x @ (L @ x))
+        assert energies[0] < min(energies[1:]) and energies[3] == max(energies)
+
+
+def test_an_open_surface_has_no_euler_characteristic_to_keep_to():
+    assert arrows_data(sphere(2)).facts["euler"] == 2
+    assert "euler" not in arrows_data(spherical_cap(1.0, 6)).facts
+    with pytest.raises(ValueError, match="mesh's number of vertices must be between 1 and 20000; got 40962"):
+        arrows_data(sphere(6))
+
+
+@needs_node
+def test_a_polynomial_filter_in_node_is_that_of_the_modes(tmp_path):
+    data = filter_data(120)
+    evals, evecs, signals = (data.arrays[name].astype(np.float64) for name in ("evals", "evecs", "signals"))
+    assert np.abs(evecs @ evecs.T - np.eye(120)).max() < 1e-5 and abs(evals[0]) < 1e-5 < evals[1]
+    expression = (
+        "((b, f) => { const g = N.polyline([1, 0.2, 0.7, 0], b); return N.chebyshevSum(N.chebyshev(g, 15, b), b,"
+        " (u) => N.graphLaplacian(d.edges, d.weights, u), Float64Array.from(f)); })(d.evals[d.n - 1] * 1.001, d.signals.subarray(d.n, 2 * d.n))"
+    )
+    found = in_node(tmp_path, data, f"Array.from({expression})")
+    b = 1.001 * evals[-1]
+    g = chebyshev.Chebyshev.interpolate(lambda x: np.interp(x, np.linspace(0, b, 4), [1, 0.2, 0.7, 0]), 15, [0, b])
+    assert np.allclose(found, evecs.T @ (g(evals) * (evecs @ signals[1])), atol=1e-5)
+
+
+def test_the_cortex_of_the_lab_is_the_chapters_and_keeps_what_it_tells_the_reader():
+    pytest.importorskip("nilearn", reason="nilearn carries the cortex; it is in the extra `book`")
+    data = lab_files.cortex_data()
+    waves = 2 * np.pi * data.facts["millimetres"] / np.sqrt(data.arrays["evals"][[1, 10, 50, 100, 200]].astype(float))
+    assert waves.round().tolist() == [435, 157, 70, 49, 35]
+    mass, c = data.arrays["mass"].astype(float), data.arrays["map_coefficients"].astype(float)
+    f = data.arrays["maps"].astype(float)
+    assert np.abs(f @ mass).max() < 1e-3
+    rest = np.sqrt(1 - np.cumsum(c**2, axis=1) / (f**2 @ mass)[:, None])
+    depth, thickness = rest[:, [10, 50, 100, 200]].round(2).tolist()
+    print(depth, thickness)
+    assert thickness[0] < 0.9 < depth[0]  # thickness falls at once, depth starts late
+    assert depth[2] - depth[3] > 1.5 * (thickness[2] - thickness[3])  # and falls on
+
+
 def test_poses_with_other_faces_are_refused():
     with pytest.raises(ValueError, match="poses must share their faces"):
         parts_data([egg(2), egg(1)], [2])
@@ -254,12 +332,12 @@ def registered(page: str) -> list[LabData]:
     ("name", "meshes"),
     [
         ("eigenfunctions", [egg(2), sphere(2)]), ("reconstruction", [egg(3)]), ("heat", [egg(2)]), ("functional-map", [egg(2), egg(2)]),
-        ("fourier", []), ("ends", []), ("bump-dent", []),
+        ("arrows", [egg(2)]), ("fourier", []), ("ends", []), ("bump-dent", []), ("filter", []),
     ],
 )
 def test_a_lab_of_ones_own_is_a_page_that_asks_nobody(name, meshes):
     page = labs.lab(name, *meshes, k=12 if meshes else None).page
-    count = {"eigenfunctions": len(meshes), "bump-dent": 1}.get(name, bool(meshes))
+    count = {"eigenfunctions": len(meshes), "bump-dent": 1, "filter": 1}.get(name, bool(meshes))
     assert len(registered(page)) == count
     assert f'<spectral-lab name="{name}"' in page
     assert not re.search(r'<(script|link|img)[^>]+(src|href)=', page)

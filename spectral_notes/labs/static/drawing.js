@@ -83,13 +83,36 @@
       this.mark("path", name).setAttribute("d", d);
     }
 
-    dot(x, y) {
-      const mark = this.mark("circle", "dot");
+    dot(x, y, name = "dot") {
+      const mark = this.mark("circle", name);
       for (const [name, value] of [["cx", this.place(0, x)], ["cy", this.place(1, y)], ["r", 6]]) mark.setAttribute(name, value);
     }
 
     mark(tag, name) {
       return this.root.querySelector(`.${name}`) ?? this.root.appendChild(svg(tag, { class: name }));
+    }
+
+    /** Let the reader change the chart: began(x, y) and moved(x, y) by the pointer, actions = { key: act } by keys. */
+    answer(began, moved, actions) {
+      const { root } = this;
+      root.setAttribute("tabindex", 0);
+      root.setAttribute("role", "application");
+      const inside = (event) => {
+        const place = new DOMPoint(event.clientX, event.clientY).matrixTransform(root.getScreenCTM().inverse());
+        return [this.value(0, place.x), this.value(1, place.y)];
+      };
+      root.addEventListener("pointerdown", (event) => {
+        root.setPointerCapture(event.pointerId);
+        began(...inside(event));
+      });
+      root.addEventListener("pointermove", (event) => {
+        if (root.hasPointerCapture(event.pointerId)) moved(...inside(event));
+      });
+      root.addEventListener("keydown", (event) => {
+        if (!actions[event.key]) return;
+        event.preventDefault();
+        actions[event.key]();
+      });
     }
   }
 

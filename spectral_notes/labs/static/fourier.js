@@ -41,10 +41,6 @@
       y: { name: "amplitude", range: [0, 1] },
     });
     const samples = Array.from({ length: N }, (_, n) => n);
-    for (const { root } of [time, spectrum]) {
-      root.setAttribute("tabindex", 0);
-      root.setAttribute("role", "application");
-    }
     lab.hint("Draw on the signal with the pointer, or press the arrow keys on it. Drag a bar up or down; M mutes it.");
     const bars = Array.from({ length: N / 2 + 1 }, () => spectrum.root.appendChild(svg("rect", { width: 3.6 })));
 
@@ -110,11 +106,6 @@
 
     // --- pointer and keys --------------------------------------------------------------------------------------------
 
-    const inside = (chart, event) => {
-      const place = new DOMPoint(event.clientX, event.clientY).matrixTransform(chart.root.getScreenCTM().inverse());
-      return [chart.value(0, place.x), chart.value(1, place.y)];
-    };
-
     function draw(to, value) {
       const from = pen;
       const start = f[from];
@@ -124,36 +115,19 @@
       take(f);
     }
 
-    const dragging = (chart, began, moved) => {
-      chart.root.addEventListener("pointerdown", (event) => {
-        chart.root.setPointerCapture(event.pointerId);
-        began(...inside(chart, event));
-      });
-      chart.root.addEventListener("pointermove", (event) => {
-        if (chart.root.hasPointerCapture(event.pointerId)) moved(...inside(chart, event));
-      });
-    };
-    dragging(time, (x, y) => {
-      pen = Math.min(Math.round(x), N - 1);
-      draw(pen, y);
-    }, (x, y) => draw(Math.round(x), y));
-    dragging(spectrum, (x) => choose(Math.round(x)), (_, y) => scale(y));
-
-    const keys = (chart, actions) =>
-      chart.root.addEventListener("keydown", (event) => {
-        const act = actions[event.key];
-        if (!act) return;
-        event.preventDefault();
-        act();
-      });
     const step = (by) => {
       pen = (pen + by + N) % N;
       update();
     };
     const lift = (by) => draw(pen, Math.min(Math.max(f[pen] + by, -LIMIT), LIMIT));
-    keys(time, { ArrowLeft: () => step(-1), ArrowRight: () => step(1), ArrowUp: () => lift(0.1), ArrowDown: () => lift(-0.1) });
+    time.answer((x, y) => {
+      pen = Math.min(Math.round(x), N - 1);
+      draw(pen, y);
+    }, (x, y) => draw(Math.round(x), y), {
+      ArrowLeft: () => step(-1), ArrowRight: () => step(1), ArrowUp: () => lift(0.1), ArrowDown: () => lift(-0.1),
+    });
     const louder = (by) => scale(Math.min(Math.max(+strength.value + by, 0), 1));
-    keys(spectrum, {
+    spectrum.answer((x) => choose(Math.round(x)), (_, y) => scale(y), {
       ArrowLeft: () => choose(chosen - 1), ArrowRight: () => choose(chosen + 1),
       ArrowUp: () => louder(0.05), ArrowDown: () => louder(-0.05), m: mute, M: mute,
     });

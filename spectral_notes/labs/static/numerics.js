@@ -164,6 +164,146 @@
     return coordinates[axis].reduce((best, value, i, x) => (sign * value > sign * x[best] ? i : best), 0);
   }
 
+  // --- tangent fields: one complex number a vertex ------------------------------------------------------------------
+
+  // x with A x = b, by elimination with row exchanges; A holds its rows.
+  function solve(A, b) {
+    const rows = A.map((row, i) => [...row, b[i]]);
+    for (let k = 0; k < rows.length; k++) {
+      const best = rows.reduce((found, row, i) => (i > k && Math.abs(row[k]) > Math.abs(rows[found][k]) ? i : found), k);
+      [rows[k], rows[best]] = [rows[best], rows[k]];
+      for (let i = 0; i < rows.length; i++) {
+        const times = i === k ? 0 : rows[i][k] / rows[k][k];
+        if (times) for (let j = k; j <= rows.length; j++) rows[i][j] -= times * rows[k][j];
+      }
+    }
+    return rows.map((row, k) => row[rows.length] / row[k]);
+  }
+
+  // z -> (M + t L) z for n-fold fields, x of all vertices and then y: along an edge (i, j) a vector is turned.
+  function heatStep({ n, edges, edge_turns, weights, mass }, nFold, t) {
+    const [cos, sin] = [Math.cos, Math.sin].map((wave) => Float64Array.from(edge_turns, (turn) => wave(nFold * turn)));
+    const scaled = Float64Array.from(weights, (weight) => t * weight);
+    const [tails, heads] = [0, 1].map((end) => edges.filter((_, at) => at % 2 === end));
+    return (z) => {
+      const out = new Float64Array(2 * n);
+      for (let i = 0; i < n; i++) {
+        out[i] = mass[i] * z[i];
+        out[n + i] = mass[i] * z[n + i];
+      }
+      for (let e = 0; e < scaled.length; e++) {
+        const i = tails[e];
+        const j = heads[e];
+        const x = scaled[e] * (z[j] - cos[e] * z[i] + sin[e] * z[n + i]);
+        const y = scaled[e] * (z[n + j] - sin[e] * z[i] - cos[e] * z[n + i]);
+        out[j] += x;
+        out[n + j] += y;
+        out[i] -= cos[e] * x + sin[e] * y;
+        out[n + i] -= cos[e] * y - sin[e] * x;
+      }
+      return out;
+    };
+  }
+
+  function dot(x, y) {
+    let sum = 0;
+    for (let i = 0; i < x.length; i++) sum += x[i] * y[i];
+    return sum;
+  }
+
+  // x with A x = b by conjugate gradients, where apply(x) is A x and A is symmetric and positive; from a start.
+  function conjugateGradients(apply, b, start, tolerance = 1e-8) {
+    const x = Float64Array.from(start);
+    const product = apply(x);
+    const residual = Float64Array.from(b, (value, i) => value - product[i]);
+    const way = Float64Array.from(residual);
+    let size = dot(residual, residual);
+    const enough = tolerance ** 2 * dot(b, b);
+    for (let step = 0; size > enough && step < 5000; step++) {
+      const image = apply(way);
+      const share = size / dot(way, image);
+      for (let i = 0; i < x.length; i++) {
+        x[i] += share * way[i];
+        residual[i] -= share * image[i];
+      }
+      const before = size;
+      size = dot(residual, residual);
+      for (let i = 0; i < x.length; i++) way[i] = residual[i] + (size / before) * way[i];
+    }
+    return x;
+  }
+
+  // The sum of columns g_j, each the answer to a unit load at vertices[j], that is values[j] = [x, y] at vertices[j].
+  function fieldThrough(columns, n, vertices, values) {
+    const [X, Y] = [0, n].map((part) => vertices.map((i) => columns.map((g) => g[part + i])));
+    const A = [...X.map((row, i) => [...row, ...Y[i].map((y) => -y)]), ...Y.map((row, i) => [...row, ...X[i]])];
+    const load = solve(A, [...values.map(([x]) => x), ...values.map(([, y]) => y)]);
+    const sum = new Float64Array(2 * n);
+    columns.forEach((g, j) => {
+      const [x, y] = [load[j], load[columns.length + j]];
+      for (let i = 0; i < n; i++) {
+        sum[i] += x * g[i] - y * g[n + i];
+        sum[n + i] += x * g[n + i] + y * g[i];
+      }
+    });
+    return sum;
+  }
+
+  // How many turns, in units of one n-th, an n-fold field makes round each face beyond its transport.
+  function fieldIndices({ n, faces, turns, holonomy }, nFold, z) {
+    return Float32Array.from(holonomy, (whole, t) => {
+      let sum = nFold * whole;
+      for (let c = 0; c < 3; c++) {
+        const [i, j] = [faces[3 * t + c], faces[3 * t + ((c + 1) % 3)]];
+        const step = Math.atan2(z[n + j], z[j]) - Math.atan2(z[n + i], z[i]) - nFold * turns[3 * t + c];
+        sum += step - 2 * Math.PI * Math.round(step / (2 * Math.PI));
+      }
+      return Math.round(sum / (2 * Math.PI));
+    });
+  }
+
+  // --- filters on a graph -------------------------------------------------------------------------------------------
+
+  // A piecewise linear function through equally spaced values on [0, end].
+  function polyline(values, end) {
+    return (at) => {
+      const place = (Math.min(Math.max(at / end, 0), 1)) * (values.length - 1);
+      const i = Math.min(Math.floor(place), values.length - 2);
+      return values[i] + (place - i) * (values[i + 1] - values[i]);
+    };
+  }
+
+  // Coefficients of the Chebyshev polynomial of a degree that agrees with g at its nodes on [0, b].
+  function chebyshev(g, degree, b) {
+    const N = degree + 1;
+    const angles = Array.from({ length: N }, (_, j) => (Math.PI * (j + 0.5)) / N);
+    const at = angles.map((angle) => g((b / 2) * (Math.cos(angle) + 1)));
+    return angles.map((_, k) => ((k ? 2 : 1) / N) * angles.reduce((sum, angle, j) => sum + at[j] * Math.cos(k * angle), 0));
+  }
+
+  // The sum of a[k] T_k(2 L / b - 1) f, where apply(f) is L f: one product with L a degree. A number is a matrix, too.
+  function chebyshevSum(a, b, apply, f) {
+    const X = (u) => apply(u).map((value, i) => (2 / b) * value - u[i]);
+    let [before, now] = [f, X(f)];
+    let sum = f.map((value, i) => a[0] * value + (a[1] ?? 0) * now[i]);
+    for (let k = 2; k < a.length; k++) {
+      [before, now] = [now, X(now).map((value, i) => 2 * value - before[i])];
+      sum = sum.map((value, i) => value + a[k] * now[i]);
+    }
+    return sum;
+  }
+
+  // L f of a graph with edges [tail, head, tail, head, ...] and their weights.
+  function graphLaplacian(edges, weights, f) {
+    const sum = new Float64Array(f.length);
+    weights.forEach((weight, e) => {
+      const [i, j] = [edges[2 * e], edges[2 * e + 1]];
+      sum[i] += weight * (f[i] - f[j]);
+      sum[j] += weight * (f[j] - f[i]);
+    });
+    return sum;
+  }
+
   // --- a string whose ends are held by springs ----------------------------------------------------------------------
 
   // Frequencies of -u'' = k^2 u on [0, 1] with cos(a) u' = sin(a) u at 0 and -cos(b) u' = sin(b) u at 1: a = 0 is a free end,
@@ -240,6 +380,7 @@
     joinBasis, synthesize, row, integral, rmsDistance, truncationErrors,
     heatAt, waveAt, waveSpeedAt, waveEnergy, fourier, inverseFourier, amplitudes, largest,
     halfSquares, nearestRow, mapCoefficients, adjustedRand, stringFrequencies, stringMode, colorScale, labelScale, colorAt,
-    farthest, edgeLengths, rayleighQuotient, PLACES, SIGNED, POSITIVE,
+    farthest, edgeLengths, rayleighQuotient, solve, heatStep, dot, conjugateGradients, fieldThrough,
+    fieldIndices, polyline, chebyshev, chebyshevSum, graphLaplacian, PLACES, SIGNED, POSITIVE,
   };
 })();

@@ -2,15 +2,16 @@
 // Surfaces that turn: one canvas of WebGL 2 for any number of pictures side by side, all turned together.
 //
 // A picture is { name, vertices, faces, values, onFaces, limits, colors, color, nodal, edges, curves, feet, vectors,
-// points, eye, up, room }: vertices (x of all, then y, then z), faces in threes (none: a cloud), values at vertices or
-// faces, colours as stops [share, "#rrggbb"], curves as lists of coordinates, `room` all coordinates that a surface
-// will take. The axes of a picture are those of its camera: x to the right, y away from the eye, z up.
+// points, ink, eye, up, room }: vertices (x of all, then y, then z), faces in threes (none: a cloud), values at
+// vertices or faces, colours as stops [share, "#rrggbb"], curves as lists of coordinates, `ink` the colour of curves,
+// arrows and points, `room` all coordinates that a surface will take. The axes of a picture are those of its camera: x
+// to the right, y away from the eye, z up.
 (() => {
   const notes = (globalThis.spectralNotes ??= {});
   const STEP = Math.PI / 18; // of one key press
   const STEEPEST = 1.55; // of a look from above, in radians
   const TURNED = 0.75; // of the farthest reach that a picture shows upward, even where the first sight is flatter
-  const INK = [0.067, 0.067, 0.067];
+  const INK = "#111111";
   const TITLE = 22; // pixels above a picture
 
   const PLACE = `#version 300 es
@@ -211,6 +212,7 @@
     /** Change some of what a picture shows. */
     change(k, changes) {
       Object.assign(this.pictures[k], changes);
+      if (changes.name !== undefined) this.pictures[k].title.textContent = changes.name;
       this.fill(this.pictures[k], changes);
       this.draw();
     }
@@ -390,7 +392,7 @@
         colors(at);
         if (!withColors) {
           gl.uniform1i(at("colored"), 0);
-          gl.uniform3fv(at("plain"), INK);
+          gl.uniform3fv(at("plain"), rgb(picture.ink ?? INK));
         }
         gl.uniform1f(at("width"), width * ratio);
         gl.uniform1f(at("nearer"), nearer);
@@ -405,7 +407,7 @@
         const stored = picture.buffers.get(key);
         if (!stored?.length) continue;
         const at = use(lines);
-        gl.uniform3fv(at("plain"), INK);
+        gl.uniform3fv(at("plain"), rgb(picture.ink ?? INK));
         gl.uniform2f(at("size"), cell.width * ratio, cell.height * ratio);
         gl.uniform1f(at("width"), 2 * width * ratio);
         attribute(lines, "from", key, 3, 1, 24, 0);
@@ -417,7 +419,7 @@
       if (picture.buffers.get("heads")?.length) {
         const at = use(surface);
         for (const name of ["colored", "nodal", "edges"]) gl.uniform1i(at(name), 0);
-        gl.uniform3fv(at("plain"), INK);
+        gl.uniform3fv(at("plain"), rgb(picture.ink ?? INK));
         for (const name of ["normal", "corner", "value"]) attribute(surface, name, "none", 3);
         attribute(surface, "position", "heads", 3);
         gl.drawArrays(gl.TRIANGLES, 0, picture.buffers.get("heads").length / 3);
