@@ -31,13 +31,7 @@ REMEDIES = {  # as the library names them
 
 
 def named(text: str, names: Mapping[str, str] = REMEDIES) -> str:
-    """Return a message with its remedies, as `$clean` and `$robust`, under the names that a reader knows them by.
-
-    Examples
-    --------
-    >>> named("$clean drops them"), named("$clean drops them", {"clean": "--clean"})
-    ('clean_mesh drops them', '--clean drops them')
-    """
+    """Return a message with its remedies, as `$clean` and `$robust`, under the names that a reader knows them by."""
     return Template(text).safe_substitute(names)
 
 

@@ -30,7 +30,7 @@ def spectral_embedding(basis: Eigenbasis, d: int, *, weights: str = "gps") -> Fl
     Parameters
     ----------
     basis : the modes of a mesh, a graph or a point cloud
-    d : how many coordinates, at least 1
+    d : how many coordinates, at least 1 and at most the modes that the basis offers
     weights : {"gps", "none"}, what a mode is multiplied by: one over its frequency, or nothing
 
     Returns
@@ -38,11 +38,6 @@ def spectral_embedding(basis: Eigenbasis, d: int, *, weights: str = "gps") -> Fl
     rows : (n, d), without unit for "gps" on a surface
         Defined up to a sign of each column, and a rotation of columns that share an eigenvalue; distances between rows
         are defined up to nothing, unless d cuts through a group of equal eigenvalues.
-
-    Raises
-    ------
-    TypeError, ValueError
-        If the basis has fewer than d such modes, or `weights` is neither.
 
     Examples
     --------

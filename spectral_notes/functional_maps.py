@@ -36,11 +36,6 @@ def functional_map(basis_1: Eigenbasis, basis_2: Eigenbasis, p2p_21: Any) -> Flo
     -------
     C_12 : (k2, k1), coefficients of functions on 1 to coefficients of functions on 2
 
-    Raises
-    ------
-    TypeError, ValueError
-        If the map does not go from the vertices of 2 to those of 1.
-
     Examples
     --------
     >>> from spectral_notes import compute_eigenbasis, cotan_laplacian, shapes
@@ -113,11 +108,6 @@ def point_map(basis_1: Eigenbasis, basis_2: Eigenbasis, C_12: ArrayLike, *, side
     Returns
     -------
     p2p_21 : (n2,) int, a vertex of 1 for each vertex of 2
-
-    Raises
-    ------
-    TypeError, ValueError
-        If the matrix does not fit the bases.
 
     Examples
     --------

@@ -75,11 +75,6 @@ def neighbor_graph(points: ArrayLike, n_neighbors: int = 10, *, width: float | N
     -------
     W : (n, n) csr_array, symmetric, without loops; positive where joined
 
-    Raises
-    ------
-    TypeError, ValueError
-        If an argument is not as described, or that median is zero.
-
     Examples
     --------
     >>> neighbor_graph([[0.0], [1.0], [3.0]], 1, width=1.0).toarray().round(3).tolist()
@@ -104,16 +99,11 @@ def mesh_graph(mesh: TriangleMesh, *, weights: str = "unit") -> sp.csr_array:
     Parameters
     ----------
     mesh : with n vertices
-    weights : {"unit", "inverse_length"}, 1 for each edge, or 1 / its length
+    weights : {"unit", "inverse_length"}, 1 for each edge, or 1 / its length, which must not be zero
 
     Returns
     -------
     W : (n, n) csr_array, symmetric, without loops
-
-    Raises
-    ------
-    TypeError, ValueError
-        If `weights` is neither, or an edge has no length though weights are 1 / length.
 
     Examples
     --------
@@ -144,11 +134,6 @@ def weights_of_networkx(graph: Any, *, weight: str = "weight") -> sp.csr_array:
     -------
     W : (n, n) csr_array, symmetric
         A loop stands on the diagonal, as in networkx's adjacency matrix, and counts in the degree.
-
-    Raises
-    ------
-    TypeError, ValueError
-        If it is no networkx graph, or a directed one, or a weight is not a finite number.
 
     Examples
     --------

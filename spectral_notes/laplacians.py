@@ -87,17 +87,12 @@ def graph_laplacian(W: Any, *, mass: str = "identity") -> Pair:
     W : (n, n) sparse or dense, symmetric edge weights, not negative
         W[i, j] > 0 where i and j are joined. Its diagonal cancels.
     mass : {"identity", "degree"}
-        "identity" counts each vertex once. "degree" sets M = D, which makes the eigenproblem that of normalised cuts.
+        "identity" counts each vertex once. "degree" sets M = D, for normalised cuts; every vertex then needs an edge.
 
     Returns
     -------
     L : (n, n) csr_array, in units of the weights
     M : (n, n) csr_array, diagonal
-
-    Raises
-    ------
-    TypeError, ValueError
-        If W is not as described, or a vertex has no edge though the mass is its degree.
 
     Examples
     --------
@@ -126,18 +121,14 @@ def cotan_laplacian(mesh: TriangleMesh, *, mass: str = "lumped") -> Pair:
 
     Parameters
     ----------
-    mesh : closed, or with a boundary, whose condition is then Neumann's: nothing flows out
+    mesh : every face with an area (else `robust_mesh_laplacian`), every vertex with a face (`clean_mesh` drops others)
+        A boundary has Neumann's condition: nothing flows out.
     mass : {"lumped", "voronoi", "full"}, see `mass_matrix`
 
     Returns
     -------
     L : (n, n) csr_array, weak, without unit: scaling the mesh leaves it unchanged
     M : (n, n) csr_array, in squared units of the vertices; its entries sum to the area
-
-    Raises
-    ------
-    TypeError, ValueError
-        If a face has no area or a vertex no face (`robust_mesh_laplacian` and `clean_mesh` are the remedies).
 
     Examples
     --------
@@ -176,11 +167,6 @@ def mass_matrix(mesh: TriangleMesh, *, kind: str = "lumped") -> sp.csr_array:
     -------
     M : (n, n) csr_array, symmetric positive definite, in squared units of the vertices
 
-    Raises
-    ------
-    TypeError, ValueError
-        If a vertex belongs to no face with an area, so that its mass would be zero.
-
     Examples
     --------
     >>> triangle = TriangleMesh([[0, 0, 0], [1, 0, 0], [0, 1, 0]], [[0, 1, 2]])
@@ -208,16 +194,11 @@ def robust_mesh_laplacian(mesh: TriangleMesh) -> Pair:
 
     Parameters
     ----------
-    mesh : neither manifold nor oriented need it be
+    mesh : neither manifold nor oriented need it be; every vertex has a face (`clean_mesh` drops others)
 
     Returns
     -------
     L, M : (n, n) csr_array, weak Laplacian and lumped mass, in the units of `cotan_laplacian`
-
-    Raises
-    ------
-    TypeError, ValueError
-        If a vertex belongs to no face (`clean_mesh` drops such vertices), or all vertices coincide.
 
     Examples
     --------
@@ -242,18 +223,13 @@ def robust_cloud_laplacian(cloud: PointCloud, *, n_neighbors: int = 30) -> Pair:
 
     Parameters
     ----------
-    cloud : points on a surface; in any unit, wherever they lie
+    cloud : points on a surface, no neighbourhood on a line; in any unit, wherever they lie
     n_neighbors : neighbours that give each point its tangent plane and its star, 3 .. n_points - 1
         Where farther ones could belong to the star, twice as many are asked.
 
     Returns
     -------
     L, M : (n, n) csr_array, weak Laplacian and lumped mass, in the units of `cotan_laplacian`
-
-    Raises
-    ------
-    TypeError, ValueError
-        If the number of neighbours is out of range, or the neighbours of a point coincide or lie on a line.
 
     Examples
     --------

@@ -53,11 +53,6 @@ def gradient_matrix(mesh: TriangleMesh) -> sp.csr_array:
     G : (3 m, n) csr_array, in 1 / unit of the vertices
         First the x components of all faces, then y, then z, as in libigl; ``arrows_of_rows(G @ f)`` has shape (m, 3).
 
-    Raises
-    ------
-    ValueError
-        If a face has no area.
-
     Examples
     --------
     >>> triangle = TriangleMesh([[0, 0, 0], [2, 0, 0], [0, 1, 0]], [[0, 1, 2]])
@@ -135,11 +130,6 @@ def divergence_matrix(mesh: TriangleMesh) -> sp.csr_array:
     D : (n, 3 m) csr_array, integrated over each vertex's patch
         Divide by the lumped mass for the pointwise divergence.
 
-    Raises
-    ------
-    ValueError
-        If a face has no area.
-
     Examples
     --------
     >>> square = TriangleMesh([[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]], [[0, 1, 2], [0, 2, 3]])
@@ -175,16 +165,11 @@ def restrict_to(L: sp.csr_array, M: sp.csr_array, keep: ArrayLike) -> tuple[sp.c
     Parameters
     ----------
     L, M : (n, n) sparse, Laplacian and mass matrix
-    keep : (p,) int, the free vertices, each once; for a mesh, those not in `boundary_vertices`
+    keep : (p,) int, the free vertices, one at least and each once; for a mesh, those not in `boundary_vertices`
 
     Returns
     -------
     L, M : (p, p) csr_array, rows and columns of the free vertices
-
-    Raises
-    ------
-    TypeError, ValueError
-        If a matrix is not symmetric, or `keep` is empty, repeats a vertex or names one that is not there.
 
     Examples
     --------
@@ -216,11 +201,6 @@ def boundary_mass_matrix(mesh: TriangleMesh, *, vertices: ArrayLike | None = Non
     -------
     B : (n, n) csr_array, symmetric positive semidefinite, in units of the vertices
 
-    Raises
-    ------
-    TypeError, ValueError
-        If a vertex is out of range, or no boundary edge is left.
-
     Examples
     --------
     >>> square = TriangleMesh([[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]], [[0, 1, 2], [0, 2, 3]])
@@ -251,14 +231,9 @@ class PoissonSolver:
     L, M : (n, n) sparse, Laplacian (positive semidefinite) and mass matrix, of any kind
         ``L + a * boundary_mass_matrix(mesh)`` sets the Robin condition du/dn + a u = load; L alone Neumann's.
     fixed : (p,) int, vertices where u is prescribed: the Dirichlet condition
-        Without any, and with c = 0 and no Robin condition, u is unique up to a constant and its mean is zero.
+        Without any, and with c = 0 and no Robin condition, u is unique up to a constant and its mean is zero; a domain
+        in several components then needs one in each.
     screening : the number c, at least 0, in the units of M^-1 L
-
-    Raises
-    ------
-    TypeError, ValueError
-        If shapes or indices do not fit, L has a negative eigenvalue, or the domain has several components and one has
-        no fixed vertex.
 
     Examples
     --------

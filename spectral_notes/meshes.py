@@ -141,13 +141,8 @@ def clean_mesh(vertices: ArrayLike, faces: ArrayLike, name: str = "") -> Triangl
     Parameters
     ----------
     vertices : (n, 3), positions
-    faces : (m, 3), vertex indices, 0 .. n - 1
+    faces : (m, 3), vertex indices, 0 .. n - 1; one at least must be left
     name : what the shape is called
-
-    Raises
-    ------
-    TypeError, ValueError
-        If the arrays are not finite or out of range, or no face is left.
 
     Examples
     --------
@@ -182,7 +177,7 @@ def edges_with_counts(mesh: TriangleMesh) -> tuple[IntArray, IntArray]:
     >>> edges_with_counts(square)[1].tolist()
     [1, 2, 1, 1, 1]
     """
-    pairs = np.sort(_half_edges(mesh.faces), axis=1)
+    pairs = np.sort(np.stack([mesh.faces, np.roll(mesh.faces, -1, axis=1)], axis=2).reshape(-1, 2), axis=1)
     code, counts = np.unique(pairs[:, 0] * mesh.n_vertices + pairs[:, 1], return_counts=True)
     return np.stack(np.divmod(code, mesh.n_vertices), axis=1), counts.astype(np.int64)
 
@@ -336,11 +331,6 @@ def _positions(name: str, value: ArrayLike) -> FloatArray:
     if largest > LARGEST:
         raise ValueError(f"{name} must lie within {LARGEST:g} of the origin; found {largest:g}: choose another unit")
     return positions
-
-
-def _half_edges(faces: IntArray) -> IntArray:
-    """The three directed edges of each face, as rows (from, to)."""
-    return np.concatenate([faces[:, [0, 1]], faces[:, [1, 2]], faces[:, [2, 0]]])
 
 
 def _area_vectors(mesh: TriangleMesh) -> FloatArray:

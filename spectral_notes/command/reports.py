@@ -41,7 +41,7 @@ def report_page(title: str, facts: Mapping[str, Any], views: Sequence[SurfaceVie
         title=html.escape(title),
         alt=html.escape(f"Still pictures of {', '.join(names)}."),
         picture=base64.b64encode(picture.getvalue()).decode(),
-        rows="".join(f"<tr><th>{html.escape(_words(k))}</th><td>{html.escape(v)}</td></tr>" for k, v in _rows(facts)),
+        rows="".join(f"<tr><th>{html.escape(k)}</th><td>{html.escape(v)}</td></tr>" for k, v in _rows(facts)),
         style=(SCRIPTS / "stage.css").read_text(encoding="utf-8"),
         data="".join(registering(name, value) for name, value in values.items()).replace("</", "<\\/"),
         scripts="\n".join(scripts),
@@ -84,7 +84,7 @@ def _rows(facts: Mapping[str, Any], before: str = "") -> list[tuple[str, str]]:
         if isinstance(value, Mapping):
             rows += _rows(value, f"{before}{name} ")
         elif value != "":
-            rows.append((f"{before}{name}", _text(value)))
+            rows.append((f"{before}{name}".replace("_", " "), _text(value)))
     return rows
 
 
@@ -98,8 +98,3 @@ def _text(value: Any) -> str:
     if isinstance(value, int):
         return f"{value:,}"
     return f"{value:.5g}" if isinstance(value, float) else str(value)
-
-
-def _words(name: str) -> str:
-    """The name of a fact in words."""
-    return name.replace("_", " ")

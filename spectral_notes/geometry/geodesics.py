@@ -210,14 +210,9 @@ def faces_under_arcs(mesh: TriangleMesh, corners: ArrayLike) -> IntArray:
     Parameters
     ----------
     mesh : surrounds the origin and turns its outside to every ray from there, such as a sphere
-    corners : (p, 3), points that the chain joins, each over the inside of a face; end with the first one to close it
-        Their distance from the origin does not matter.
-
-    Raises
-    ------
-    ValueError
-        If there are fewer than two corners, two that follow each other lie on one line through the origin, a corner
-        lies on an edge or over no face, or no way leads from one to the next.
+    corners : (p, 3), two points at least that the chain joins, each over the inside of a face
+        No two that follow each other lie on one line through the origin, their distance from which does not matter.
+        End with the first one to close the chain.
 
     Examples
     --------

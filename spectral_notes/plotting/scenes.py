@@ -40,13 +40,8 @@ def show(*views: SurfaceView, color_bar: str = "") -> Page:
 
     Parameters
     ----------
-    *views : what to show, side by side, one at least; they turn together
+    *views : what to show, side by side, one at least; they turn together; none is looked at along its upward direction
     color_bar : label of a colour bar; none where empty
-
-    Raises
-    ------
-    ValueError
-        If a camera looks along its upward direction.
 
     Examples
     --------

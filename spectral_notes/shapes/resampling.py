@@ -28,11 +28,6 @@ def coarse_copy(mesh: TriangleMesh, n: int) -> tuple[TriangleMesh, sp.csr_array]
     coarse : the copy
     P : (n_coarse, n_mesh) csr_array, whose rows sum to one
 
-    Raises
-    ------
-    ValueError
-        If the mesh cannot be simplified, as one that is not manifold cannot.
-
     Examples
     --------
     >>> from spectral_notes.shapes import sphere

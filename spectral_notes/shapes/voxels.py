@@ -87,11 +87,7 @@ def voxelize(mesh: TriangleMesh, step: float) -> VoxelGrid:
     ----------
     mesh : a closed mesh whose faces agree which side is out
     step : edge length of the cubes, in units of the vertices
-
-    Raises
-    ------
-    TypeError, ValueError
-        If the step is so small that the grid would be enormous, or no centre lies inside.
+        Not so small that the grid is enormous, nor so large that no centre lies inside.
 
     Examples
     --------
