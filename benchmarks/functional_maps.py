@@ -2,12 +2,15 @@
 
     python benchmarks/functional_maps.py [--pairs tuned|reported] [--methods "ours 0" ...] [--result FILE]
     python benchmarks/functional_maps.py --set faust|scape|shrec19|tosca --folder FOLDER [--number 20]
+    python benchmarks/functional_maps.py --more together|large --result FILE
 
 For each pair and method: the mean geodesic error over the square root of the area and its standard error, at sampled
 vertices; the share of them that is off by more than 0.2, as on a flipped limb; the area that lands right side up; the
 doubt; the seconds beside pyFM's. Methods are pyFM (landmarks, ZoomOut to 100 modes; without and with its orientation
-term) and `match_shapes`, with five landmarks, three, and none; and none once more with the candidates near the true map
-taken away, so that the doubt has wrong maps to find. Results are kept as JSON and not run again.
+term) and `match_shapes`, with five landmarks, three, and none; and none once more with all candidates near the true map
+taken away, so that the doubt has wrong maps to find. Results are kept as JSON and not run again: with three landmarks,
+none, and astray in `functional_maps.json`; with five beside pyFM in `functional_maps_more.json`, with eight persons
+at once and two meshes of 100,000 vertices (`--more`).
 Which persons were tuned on and which are only reported was fixed before the first run, in `tuned_and_reported.json`.
 The public sets are read from a folder of your own, in the layout in which they are published; see `published_pairs`.
 """
@@ -17,29 +20,46 @@ from __future__ import annotations
 import argparse
 import itertools
 import json
+import multiprocessing
 import os
+import resource
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
+from concurrent.futures import ProcessPoolExecutor
 from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
 from typing import Any
 
+import igl
 import numpy as np
 import scipy.sparse as sp
+from scipy.spatial import cKDTree
 from threadpoolctl import threadpool_limits
 
 from spectral_notes import compute_eigenbasis, cotan_laplacian, shapes
+from spectral_notes.clustering import match_labels, spectral_clusters, spectral_embedding
 from spectral_notes.descriptors import unit_area
 from spectral_notes.files import read_mesh
 from spectral_notes.functional_maps import nearest_rows
-from spectral_notes.matching import ShapeMatch, geodesic_errors, match_shapes, orientation_score, shape_matching
-from spectral_notes.matching.map_refinement import sample_vertices
-from spectral_notes.meshes import TriangleMesh
+from spectral_notes.matching import (
+    ShapeMatch,
+    consistent_maps,
+    cycle_error,
+    geodesic_errors,
+    match_shapes,
+    orientation_score,
+    shape_matching,
+    shared_embedding,
+    shared_functions,
+)
+from spectral_notes.meshes import TriangleMesh, farthest_points
 
 HERE = Path(__file__).parent
 SPLIT = json.loads((HERE / "tuned_and_reported.json").read_text())
 K, N_SAMPLES, FAR = 100, 40, 0.2
+WITH_FIVE = ("pyFM 5", "pyFM 5 oriented", "ours 5")
+TOGETHER = 60  # modes of maps between several shapes
 SIZES = 3000, 2500  # vertices of the copies that are matched
 METHODS = ("pyFM 5", "pyFM 5 oriented", "ours 5", "ours 3", "ours 0", "ours 0 led astray")
 POSES = ("stand", "walk", "reach")
@@ -84,14 +104,19 @@ def _light_person(name: str, pose: str, n_vertices: int) -> tuple[TriangleMesh, 
 def _persons(first: tuple[str, str], second: tuple[str, str]) -> Pair:
     """Two persons, or one in two poses, of different triangles, landmarks at head, hands and feet."""
     (one, _), (two, P_2) = _light_person(*first, SIZES[0]), _light_person(*second, SIZES[1])
-    places = P_2 @ (shapes.person_correspondence(*second, *first) @ shapes.person(*first).vertices)
     parts = shapes.person_segments(*second)[np.asarray(P_2.argmax(axis=1)).ravel()]
     tips = {"head": [0, 1, 0], "left hand": [1, 0, 0], "right hand": [-1, 0, 0], "left foot": [0, 0, 1],
             "right foot": [0, 0, 1]}
     marks = np.array([np.where(parts == shapes.PERSON_SEGMENTS.index(part), two.vertices @ way, -np.inf).argmax()
                       for part, way in tips.items()])
-    true_21 = nearest_rows(one.vertices, places)
+    true_21 = _true_person_map(first, second)
     return _pair(" ".join((*first, "->", *second)), one, two, np.arange(len(true_21)), true_21, marks)
+
+
+def _true_person_map(first: tuple[str, str], second: tuple[str, str]) -> np.ndarray:
+    """For each vertex of the copy of the second person, the vertex of that of the first nearest to its place there."""
+    places = shapes.person_correspondence(*second, *first) @ shapes.person(*first).vertices
+    return nearest_rows(_light_person(*first, SIZES[0])[0].vertices, _light_person(*second, SIZES[1])[1] @ places)
 
 
 def _bodies(body: str, pose_1: str, pose_2: str) -> Pair:
@@ -111,7 +136,7 @@ def _pair(
 ) -> Pair:
     """A pair with a sample of its known vertices; without landmarks given, far ones."""
     if marks is None:
-        order = sample_vertices(two, two.n_vertices)
+        order = farthest_points(two.vertices, two.n_vertices)
         place = {int(vertex): i for i, vertex in reversed(list(enumerate(at_2)))}
         marks = np.array([place[int(vertex)] for vertex in order if int(vertex) in place][:5])
     some = np.random.default_rng(0).choice(len(at_2), min(N_SAMPLES, len(at_2)), replace=False)
@@ -122,15 +147,15 @@ def published_pairs(kind: str, folder: Path, number: int | None = None) -> Itera
     """Yield the pairs of a public set in a folder of the reader's, each with what builds it, the first `number`.
 
     faust, scape: remeshed (Ren et al. 2018), shapes `off/NAME.off` and for each `corres/NAME.vts`, a line for each
-    template point with the number of its vertex, from 1; all ordered pairs of neighbours in the order of names.
+    template point with the number of its vertex, from 1; neighbours in the order of names. Copies of these sets keep
+    shapes in `off_2` or `shapes`, as OFF, PLY or OBJ, and the other files in `correspondences`: read likewise.
     shrec19: remeshed, `off/N.off` and `corres/A_B.map`, for each vertex of A a vertex of B, from 1.
     tosca: `NAME.vert` and `NAME.tri`, plain numbers, faces from 1; poses of one class, cat0 to cat10, share numbers.
     """
     if kind in ("faust", "scape"):
-        names = sorted(path.stem for path in (folder / "off").glob("*.off"))
-        found = [(a, b, None) for a, b in itertools.pairwise(names)]
+        found = [(a, b, None) for a, b in itertools.pairwise(sorted(_shape_files(folder)))]
     elif kind == "shrec19":
-        maps = sorted((folder / "corres").glob("*.map"))
+        maps = sorted(_within(folder, "corres", "correspondences").glob("*.map"))
         found = [(*path.stem.split("_"), path) for path in maps]
     else:
         names = sorted((path.stem for path in folder.glob("*.vert")), key=lambda name: (_class(name), len(name), name))
@@ -139,6 +164,17 @@ def published_pairs(kind: str, folder: Path, number: int | None = None) -> Itera
         raise SystemExit(f"no pair of the set {kind} in {folder}: is its layout the one described in published_pairs?")
     for a, b, path in found[:number]:
         yield f"{kind} {a} -> {b}", lambda a=a, b=b, path=path: _published(kind, folder, a, b, path)
+
+
+def _within(folder: Path, *names: str) -> Path:
+    """The first of some folders that is there."""
+    return next((folder / name for name in names if (folder / name).is_dir()), folder / names[0])
+
+
+def _shape_files(folder: Path) -> dict[str, Path]:
+    """The files of shapes, by their names without ending."""
+    place = _within(folder, "off", "off_2", "shapes")
+    return {path.stem: path for path in place.glob("*") if path.suffix.lower() in (".off", ".ply", ".obj")}
 
 
 def _class(name: str) -> str:
@@ -153,12 +189,14 @@ def _published(kind: str, folder: Path, a: str, b: str, path: Path | None) -> Pa
                     for name in (a, b))
         at_2 = true_21 = np.arange(two.n_vertices)
     else:
-        one, two = (read_mesh(folder / "off" / f"{name}.off") for name in (a, b))
+        files = _shape_files(folder)
+        one, two = (read_mesh(files[name]) for name in (a, b))
         if path is not None:
             at_2 = np.loadtxt(path, dtype=int) - 1
             true_21 = np.arange(len(at_2))
         else:
-            true_21, at_2 = (np.loadtxt(folder / "corres" / f"{name}.vts", dtype=int) - 1 for name in (a, b))
+            known = _within(folder, "corres", "correspondences")
+            true_21, at_2 = (np.loadtxt(known / f"{name}.vts", dtype=int) - 1 for name in (a, b))
     return _pair(f"{kind} {a} -> {b}", one, two, at_2, true_21, None)
 
 
@@ -183,7 +221,7 @@ def run(method: str, pair: Pair, bases: tuple[Any, Any]) -> dict[str, Any]:
 def led_astray(pair: Pair, bases: tuple[Any, Any]) -> ShapeMatch:
     """The map that is chosen when every candidate near the true map is taken away: a wrong one, to test the doubt."""
     meshes = shape_matching.outward(pair.mesh_1), shape_matching.outward(pair.mesh_2)
-    samples = sample_vertices(meshes[0], 1500), sample_vertices(meshes[1], 1500)
+    samples = farthest_points(meshes[0].vertices, 1500), farthest_points(meshes[1].vertices, 1500)
     none, no_hints = np.empty((0, 2), dtype=np.int64), [np.empty((mesh.n_vertices, 0)) for mesh in meshes]
     ends = shape_matching.refined_candidates(meshes, bases, samples, none, no_hints)
     points, scale = pair.mesh_1.vertices, np.sqrt(pair.mesh_1.area)
@@ -223,6 +261,82 @@ def measure(pair: Pair, methods: list[str]) -> dict[str, dict[str, Any]]:
             for method, one in found.items()}
 
 
+# --- several shapes at once, and large ones -------------------------------------------------------------------------
+
+
+def together(names: Sequence[str] = shapes.PERSONS, n_parts: int = 8) -> dict[str, float]:
+    """Persons in three poses: maps of the first to the others by three landmarks, made consistent, and one clustering.
+
+    Agreement is the share of a body's area whose label is that of its true partner on the first, the mean over bodies.
+    """
+    start, ends = time.process_time(), [(name, POSES[i % 3]) for i, name in enumerate(names)]
+    pairs = [_persons(ends[0], end) for end in ends[1:]]
+    meshes = [pairs[0].mesh_1, *(pair.mesh_2 for pair in pairs)]
+    bases = [unit_area(compute_eigenbasis(*cotan_laplacian(mesh), K)) for mesh in meshes]
+    found = [match_shapes(meshes[0], meshes[j], pair.landmarks[:3], k=K, bases=(bases[0], bases[j]))
+             for j, pair in enumerate(pairs, start=1)]
+    star = {(0, j): match.C_12[:TOGETHER, :TOGETHER] for j, match in enumerate(found, start=1)}
+    maps = consistent_maps(bases, star)
+    rows = shared_embedding(bases, shared_functions(bases, star), n_parts)
+    masses = [basis.M.diagonal() for basis in bases]
+    cuts = np.cumsum([len(mass) for mass in masses])[:-1]
+    joint = np.split(spectral_clusters(np.vstack(rows), n_parts, mass=np.concatenate(masses)), cuts)
+    alone = [spectral_clusters(spectral_embedding(basis, n_parts), n_parts, mass=mass)
+             for basis, mass in zip(bases, masses, strict=True)]
+    agree: dict[str, list[float]] = {"agreement_alone": [], "agreement_jointly": []}
+    for j, end in enumerate(ends[1:], start=1):
+        true = _true_person_map(ends[0], end)
+        for name, labels in (("agreement_alone", [alone[0], match_labels(alone[j], alone[0][true])]),
+                             ("agreement_jointly", [joint[0], joint[j]])):
+            agree[name].append(float(masses[j][labels[1] == labels[0][true]].sum() / masses[j].sum()))
+    scale, points = np.sqrt(meshes[0].area), meshes[0].vertices
+    gaps = {name: [np.linalg.norm(points[p2p[pair.at_2]] - points[pair.true_21], axis=1).mean() / scale
+                   for p2p, pair in zip(all_maps, pairs, strict=True)]
+            for name, all_maps in (("matched", [match.p2p_21 for match in found]),
+                                   ("consistent", [maps[0, j] for j in range(1, len(meshes))]))}
+    return {name: round(float(np.mean(value)), 4) for name, value in agree.items()} | {
+        "persons": len(names), "parts": n_parts, "cycle_error": round(cycle_error(meshes, maps), 4),
+        "error_matched": round(float(np.mean(gaps["matched"])), 4),
+        "error_consistent": round(float(np.mean(gaps["consistent"])), 4),
+        "seconds": round(time.process_time() - start, 1),
+    }
+
+
+def large(n_vertices: int = 100_000, k: int = 200) -> dict[str, float]:
+    """Two poses of a person at about so many vertices, of different triangles: `fast`, in a process of its own.
+
+    Light copies are subdivided twice, so that the truth is known; the error is taken through space, at all vertices.
+    """
+    name, poses, meshes, at_rest = SPLIT["persons"]["tuned_on"][0], ("stand", "walk"), [], []
+    for pose, share in zip(poses, (1.0, 0.9), strict=True):
+        light, P = shapes.coarse_copy(shapes.person(name, "stand"), int(share * n_vertices / 16))
+        for place, body in ((meshes, P @ shapes.person(name, pose).vertices), (at_rest, light.vertices)):
+            place.append(TriangleMesh(*igl.upsample(body, np.asarray(light.faces), 2)))
+    with ProcessPoolExecutor(1, mp_context=multiprocessing.get_context("spawn")) as pool:
+        p2p_21, seconds, mebibytes = pool.submit(_run_large, *meshes, k).result()
+    true_21 = cKDTree(at_rest[0].vertices).query(at_rest[1].vertices)[1]
+    gaps = np.linalg.norm(meshes[0].vertices[p2p_21] - meshes[0].vertices[true_21], axis=1)
+    sizes = {f"n_{i}": mesh.n_vertices for i, mesh in enumerate(meshes, start=1)}
+    error = float(gaps.mean() / np.sqrt(meshes[0].area))
+    return sizes | {"k": k, "seconds": round(seconds, 1), "peak_MiB": round(mebibytes), "error": round(error, 4)}
+
+
+def _run_large(mesh_1: TriangleMesh, mesh_2: TriangleMesh, k: int) -> tuple[np.ndarray, float, float]:
+    """The map, seconds of processor time, and the most memory that the process held."""
+    start = time.process_time()
+    with threadpool_limits(limits=1):
+        p2p_21 = match_shapes(mesh_1, mesh_2, k=k, fast=True).p2p_21
+    return p2p_21, time.process_time() - start, resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024
+
+
+def beside_pyfm(rows: dict[str, dict[str, Any]]) -> list[str]:
+    """The lines of a table: for each pair the errors, and ours with five landmarks over the better of pyFM's two."""
+    errors = {name: [row[method]["error"] for method in WITH_FIVE] for name, row in rows.items()}
+    errors["mean"] = np.mean(list(errors.values()), axis=0).tolist()
+    return [f"| {name} | " + " | ".join(f"{error:.4f}" for error in three) + f" | {three[2] / min(three[:2]):.2f} |"
+            for name, three in errors.items()]
+
+
 def is_wrong(entry: dict[str, Any]) -> bool:
     """Whether a map counts as wrong: a mean error above 0.1, or a limb on the wrong place."""
     return bool(entry["error"] > 0.1 or entry["far"] > 0.03)
@@ -256,12 +370,19 @@ def main() -> None:
     parser.add_argument("--folder", type=Path, help="where the public set lies")
     parser.add_argument("--number", type=int, help="how many pairs of it")
     parser.add_argument("--result", type=Path, default=HERE / "functional_maps.json")
+    parser.add_argument("--more", choices=["together", "large"], help="several shapes at once, or large ones")
     arguments = parser.parse_args()
     if arguments.set and not arguments.folder:
         parser.error("--set needs --folder, where you keep it")
     group = arguments.set or arguments.pairs
     pairs = published_pairs(group, arguments.folder, arguments.number) if arguments.set else own_pairs(group)
     results = json.loads(arguments.result.read_text()) if arguments.result.exists() else {}
+    if arguments.more:
+        with threadpool_limits(limits=1):
+            results[arguments.more] = {"together": together, "large": large}[arguments.more]()
+        store(arguments.result, results)
+        print(results[arguments.more])
+        return
     rows = results.setdefault(group, {})
     for name, build in pairs:
         missing = [method for method in arguments.methods if method not in rows.get(name, {})]

@@ -15,7 +15,7 @@ from spectral_notes.descriptors import unit_area
 from spectral_notes.eigenbasis import Eigenbasis, compute_eigenbasis
 from spectral_notes.laplacians import cotan_laplacian
 from spectral_notes.matching import map_fitting, map_refinement, point_maps
-from spectral_notes.meshes import TriangleMesh
+from spectral_notes.meshes import TriangleMesh, farthest_points
 
 K = 40
 
@@ -185,13 +185,13 @@ def test_zoomout_recovers_a_map_from_a_rough_start(mesh: TriangleMesh, basis: Ei
     assert after < 0.02 and 2.0 * after < before
     both = map_refinement.bijective_zoomout(basis, basis_2, rough, rough.T, step=2)
     assert np.linalg.norm(both[0] @ both[1] - np.eye(K)) < 0.3 * np.sqrt(K)
-    some = tuple(map_refinement.sample_vertices(one, 300) for one in (mesh, small))
-    sampled = map_refinement.zoomout(basis, basis_2, rough, step=2, samples=some)
+    some = tuple(farthest_points(one.vertices, 300) for one in (mesh, small))
+    sampled, _ = map_refinement.bijective_zoomout(basis, basis_2, rough, rough.T, step=2, samples=some)
     assert point_maps.geodesic_errors(mesh, fm.point_map(basis, basis_2, sampled)[at], true[at]).mean() < 0.05
 
 
 def test_samples_are_spread_and_nested(mesh: TriangleMesh) -> None:
-    fine, few = map_refinement.sample_vertices(mesh, 60), map_refinement.sample_vertices(mesh, 20)
+    fine, few = farthest_points(mesh.vertices, 60), farthest_points(mesh.vertices, 20)
     np.testing.assert_array_equal(fine[:20], few)
     gaps = np.linalg.norm(mesh.vertices[fine][:, None] - mesh.vertices[fine], axis=2)[np.triu_indices(60, 1)]
     cover = np.linalg.norm(mesh.vertices[:, None] - mesh.vertices[fine], axis=2).min(axis=1).max()
@@ -250,12 +250,11 @@ BASIS = basis_of(SMALL, 8)
         (lambda: fm.nearest_rows([[0.0]], [[0.0, 1.0]]), ValueError, r"rows_2 must have shape \(n2, 1\)"),
         (lambda: map_refinement.zoomout(BASIS, BASIS, np.eye(5), k=4), ValueError, "k must be between 5 and 8; got 4"),
         (lambda: map_refinement.zoomout(BASIS, BASIS, np.eye(5), step=0), ValueError, "step must be at least 1"),
-        (lambda: map_refinement.zoomout(BASIS, BASIS, np.eye(5), samples=([0], [1])), ValueError, "samples must be at least as many as the 8 modes; got 1 and 1"),
+        (lambda: map_refinement.bijective_zoomout(BASIS, BASIS, np.eye(5), np.eye(5), samples=(np.arange(9), [1])), ValueError, "samples must be at least as many as the 8 modes; got 1"),
         (lambda: map_refinement.icp(BASIS, BASIS, np.eye(5), n_rounds=-1), ValueError, "n_rounds must be at least 0"),
         (lambda: map_refinement.bijective_zoomout(BASIS, BASIS, np.eye(5), np.eye(4)), ValueError, "C_12 and C_21 must be square and of equal size"),
-        (lambda: map_refinement.sample_vertices(SMALL, 163), ValueError, "n must be between 1 and 162; got 163"),
         (lambda: map_fitting.point_descriptors(BASIS, [162]), ValueError, "landmarks must lie in 0 .. 161; found 162"),
-        (lambda: map_fitting.point_descriptors(BASIS, kind="cold"), ValueError, "kind must be one of 'wave', 'heat'"),
+        (lambda: map_fitting.point_descriptors(BASIS, n_each=1), ValueError, "n_each must be at least 2; got 1"),
         (lambda: map_fitting.fit_functional_map(BASIS, BASIS, np.ones((162, 2)), np.ones((162, 3))), ValueError, r"descriptors_2 must have shape \(162, 2\)"),
         (lambda: map_fitting.fit_functional_map(BASIS, BASIS, np.ones((162, 2)), np.ones((162, 2)), w_laplacian=-1.0), ValueError, "w_laplacian must be at least 0"),
         (lambda: point_maps.precise_map(shapes.sphere(1), BASIS, BASIS, np.eye(3)), ValueError, "basis_1 must have a row for each of the 42 vertices; it has 162"),

@@ -8,15 +8,8 @@ import numpy as np
 import scipy.sparse as sp
 from numpy.typing import ArrayLike
 
-from spectral_notes._checks import FloatArray, as_choice, as_count, as_floats, as_increasing, as_indices, as_number
-from spectral_notes.descriptors import (
-    first_nonzero,
-    heat_kernel_signature,
-    signature_energies,
-    signature_times,
-    unit_area,
-    wave_kernel_signature,
-)
+from spectral_notes._checks import FloatArray, as_count, as_floats, as_indices, as_number
+from spectral_notes.descriptors import first_nonzero, signature_energies, unit_area, wave_kernel_signature
 from spectral_notes.eigenbasis import Eigenbasis
 from spectral_notes.functional_maps import size_ratio
 from spectral_notes.mesh_calculus import arrows_of_rows, gradient_matrix
@@ -25,66 +18,22 @@ from spectral_notes.meshes import TriangleMesh, face_areas, face_normals
 Pairs = Sequence[tuple[FloatArray, FloatArray]]
 
 
-def wave_kernels(basis: Eigenbasis, landmarks: ArrayLike, energies: ArrayLike, width: float) -> FloatArray:
-    """Return the wave kernel of each landmark: functions of either sign that tell where it is, in bands of frequency.
-
-    K(x, l, e) = sum_k g_k(e) phi_k(x) phi_k(l) / sum_k g_k(e), with the gains of `wave_kernel_signature`, which is its
-    diagonal x = l.
-
-    Parameters
-    ----------
-    basis : the modes
-    landmarks : (q,) int, vertices
-    energies : (p,) array_like, p >= 2, logarithms of eigenvalues, ascending; `signature_energies` chooses them, and the
-        width
-    width : standard deviation in e, above 0
-
-    Returns
-    -------
-    (n, q * p): pointwise; the p columns of the first landmark first. Raises TypeError or ValueError if a landmark is no
-    vertex, energies do not increase, or the width is not positive.
-
-    Examples
-    --------
-    >>> from spectral_notes import compute_eigenbasis, cotan_laplacian, shapes
-    >>> basis = compute_eigenbasis(*cotan_laplacian(shapes.egg(3)), k=40)
-    >>> energies, width = signature_energies(basis, 8)
-    >>> kernels = wave_kernels(basis, [5], energies, width)
-    >>> bool(np.allclose(kernels[5], wave_kernel_signature(basis, energies, width)[5]))
-    True
-
-    References
-    ----------
-    Ovsjanikov et al., "Functional maps" (2012), section 5.1, for landmarks as functions.
-    """
-    landmarks = as_indices("landmarks", landmarks, ("q",), basis.n)
-    energies, width = as_increasing("energies", energies), as_number("width", width, above=0.0)
-    first = first_nonzero(basis, 2)
-    distance = (energies - np.log(basis.evals[first:, None])) / width  # (modes, p)
-    gains = np.exp(-0.5 * (distance**2 - (distance**2).min(axis=0)))
-    gains /= gains.sum(axis=0)
-    evecs = basis.evecs[:, first:]
-    return np.hstack([evecs @ (evecs[landmark, :, None] * gains) for landmark in landmarks] or [np.empty((basis.n, 0))])
-
-
-def point_descriptors(
-    basis: Eigenbasis, landmarks: ArrayLike = (), *, kind: str = "wave", n_each: int = 100
-) -> FloatArray:
+def point_descriptors(basis: Eigenbasis, landmarks: ArrayLike = (), *, n_each: int = 100) -> FloatArray:
     """Return functions of a shape to be matched: a signature, and the wave kernels of landmarks; none knows the scale.
 
-    Each column has norm one on the shape scaled to area one, so that all count alike.
+    The wave kernel of a landmark l is K(x, l, e) = sum_k g_k(e) phi_k(x) phi_k(l) / sum_k g_k(e), with the gains of
+    `wave_kernel_signature`, its diagonal x = l: it tells of either sign where l is, in bands of frequency. Each column
+    has norm one on the shape scaled to area one, so that all count alike.
 
     Parameters
     ----------
     basis : the modes
     landmarks : (q,) int, vertices whose images are known
-    kind : {"wave", "heat"}, the signature: of waves or of heat
     n_each : columns of the signature, and of each landmark
 
     Returns
     -------
-    (n, (1 + q) ndarray * n_each): pointwise. Raises TypeError or ValueError if a landmark is no vertex, or the kind is
-    none of these.
+    (n, (1 + q) n_each): pointwise. Raises TypeError or ValueError if a landmark is no vertex, or n_each is below 2.
 
     Examples
     --------
@@ -93,15 +42,27 @@ def point_descriptors(
     >>> f = point_descriptors(basis, [0, 7], n_each=10)
     >>> f.shape, bool(np.allclose((f * (basis.M @ f)).sum(axis=0) / basis.M.sum(), 1.0))
     ((642, 30), True)
+
+    References
+    ----------
+    Ovsjanikov et al., "Functional maps" (2012), section 5.1, for landmarks as functions.
     """
     basis = unit_area(basis)
     energies, width = signature_energies(basis, as_count("n_each", n_each, 2))
-    if as_choice("kind", kind, ("wave", "heat")) == "wave":
-        signature = wave_kernel_signature(basis, energies, width)
-    else:
-        signature = heat_kernel_signature(basis, signature_times(basis, n_each))
-    columns = np.hstack([signature, wave_kernels(basis, np.asarray(landmarks, dtype=np.int64), energies, width)])
+    marks = as_indices("landmarks", landmarks, ("q",), basis.n)
+    kernels = [_wave_kernels(basis, mark, energies, width) for mark in marks]
+    columns = np.hstack([wave_kernel_signature(basis, energies, width), *kernels])
     return columns / np.sqrt((columns * (basis.M @ columns)).sum(axis=0))
+
+
+def _wave_kernels(basis: Eigenbasis, landmark: int, energies: FloatArray, width: float) -> FloatArray:
+    """The wave kernel of a landmark, a column (n,) for each energy."""
+    first = first_nonzero(basis, 2)
+    distance = (energies - np.log(basis.evals[first:, None])) / width  # (modes, p)
+    gains = np.exp(-0.5 * (distance**2 - (distance**2).min(axis=0)))
+    gains /= gains.sum(axis=0)
+    evecs = basis.evecs[:, first:]
+    return np.asarray(evecs @ (evecs[landmark, :, None] * gains))
 
 
 def multiplications(basis: Eigenbasis, functions: ArrayLike) -> list[FloatArray]:
@@ -116,7 +77,7 @@ def multiplications(basis: Eigenbasis, functions: ArrayLike) -> list[FloatArray]
 
     Returns
     -------
-    (k, k) list of ndarray: one for each function.
+    p arrays (k, k), one for each function. Raises TypeError or ValueError if the functions do not fit the basis.
 
     Examples
     --------
@@ -143,26 +104,23 @@ def rotations(mesh: TriangleMesh, basis: Eigenbasis, functions: ArrayLike) -> li
     Parameters
     ----------
     mesh : the shape, its faces counter-clockwise seen from outside
-    basis : its modes
-    functions : (n, p), pointwise
+    basis, functions : its modes, and (n, p), pointwise
 
     Returns
     -------
-    (k, k) list of ndarray: one for each function.
+    p arrays (k, k), one for each function. Raises TypeError or ValueError if the functions do not fit the mesh.
 
     Examples
     --------
     >>> from spectral_notes import compute_eigenbasis, cotan_laplacian, shapes
     >>> mesh = shapes.egg(3)
-    >>> basis = compute_eigenbasis(*cotan_laplacian(mesh), k=6)
-    >>> turn = rotations(mesh, basis, mesh.vertices[:, 2:])[0]
+    >>> turn = rotations(mesh, compute_eigenbasis(*cotan_laplacian(mesh), k=6), mesh.vertices[:, 2:])[0]
     >>> bool(np.allclose(turn, -turn.T))
     True
 
     References
     ----------
-    Ren, Poulenard, Wonka and Ovsjanikov, "Continuous and orientation-preserving correspondences via functional maps"
-    (2018), section 4.
+    Ren, Poulenard, Wonka, Ovsjanikov, "Continuous and orientation-preserving correspondences" (2018), section 4.
     """
     f = as_floats("functions", functions, (mesh.n_vertices, "p"))
     G, normals, areas = gradient_matrix(mesh), face_normals(mesh), face_areas(mesh)
@@ -190,25 +148,21 @@ def fit_functional_map(
     Parameters
     ----------
     basis_1, basis_2 : the modes of both shapes, k1 and k2 of them; some 20 to 40 with operators
-    descriptors_1, descriptors_2 : array_like, shapes (n1, p) and (n2, p), functions that correspond, column by column
-    operators : sequence of (ndarray (k1, k1), ndarray (k2, k2)), operators that correspond, from `multiplications` or
-        `rotations`
-    w_laplacian, w_operators : weights of commutativity with the Laplacian and with the operators, relative to the
-        descriptors
+    descriptors_1, descriptors_2 : (n1, p) and (n2, p), functions that correspond, column by column
+    operators : pairs of arrays (k1, k1) and (k2, k2) that correspond, from `multiplications` or `rotations`
+    w_laplacian, w_operators : weights of commutativity with the Laplacian and the operators, beside the descriptors
 
     Returns
     -------
-    (k2, k1): c_12. Raises TypeError or ValueError if the descriptors do not fit the shapes or each other, or a weight
-    is negative.
+    C_12 (k2, k1). Raises TypeError or ValueError if the descriptors do not fit the shapes or each other, or a weight is
+    negative.
 
     Examples
     --------
     >>> from spectral_notes import compute_eigenbasis, cotan_laplacian, shapes
     >>> basis = compute_eigenbasis(*cotan_laplacian(shapes.potato(subdivisions=3)), k=40)
-    >>> f = point_descriptors(basis, [0, 7, 100])
-    >>> few = basis.truncate(8)
-    >>> C_12 = fit_functional_map(few, few, f, f)
-    >>> bool(np.allclose(C_12, np.eye(8), atol=1e-4))
+    >>> f, few = point_descriptors(basis, [0, 7, 100]), basis.truncate(8)
+    >>> bool(np.allclose(fit_functional_map(few, few, f, f), np.eye(8), atol=1e-4))
     True
 
     References
@@ -238,8 +192,7 @@ def _solve_coupled(
     """Solve C gram + penalty * C + weight (normal equations of commutation) = target for C, as rows of one vector."""
     k_2, k_1 = target.shape
     sizes = [np.sqrt(len(operators) / weight) * np.linalg.norm(X_2) for _, X_2 in operators]
-    X_1 = np.stack([pair[0] / size for pair, size in zip(operators, sizes, strict=True)])  # (p, k1, k1)
-    X_2 = np.stack([pair[1] / size for pair, size in zip(operators, sizes, strict=True)])  # (p, k2, k2)
+    X_1, X_2 = (np.stack([pair[i] / size for pair, size in zip(operators, sizes, strict=True)]) for i in (0, 1))
     own_1 = gram + np.einsum("pij,pkj->ik", X_1, X_1)
     own_2 = np.einsum("pji,pjk->ik", X_2, X_2)
     system = np.kron(np.eye(k_2), own_1) + np.kron(own_2, np.eye(k_1)) + np.diag(penalty.ravel())

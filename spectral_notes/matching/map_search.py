@@ -25,10 +25,10 @@ SAME_NODE, SAME_MAP = 0.57, 0.3  # distances |C - C'| and |C - C'| / sqrt(20) be
 
 @dataclass(frozen=True, eq=False)
 class View:
-    """Hold what the search sees of a shape: at samples, the rows of its modes, and how each point looks."""
+    """Hold what the search sees of a shape at samples: rows of its modes (s, k), and how each point looks (s, p)."""
 
-    rows: FloatArray  # (s, k)
-    looks: FloatArray  # (s, p)
+    rows: FloatArray
+    looks: FloatArray
 
 
 @dataclass(frozen=True, eq=False)
@@ -50,17 +50,11 @@ def candidate_maps(view_1: View, view_2: View) -> list[Candidate]:
     nodes = [Candidate(np.ones((1, 1)), 0.0)]
     size = min(CANDIDATE_SIZE, view_1.rows.shape[1], view_2.rows.shape[1])
     for j in range(1, min(TREE_SIZE, size)):
-        children = [_grown(node.C_12, sign) for node in nodes for sign in (1.0, -1.0)]
-        nodes = _different([_settled(view_1, view_2, C, [j + 1] * 2) for C in children], j + 1, SAME_NODE)[:WIDTH]
+        grown = [np.pad(node.C_12, (0, 1)) + sign * np.diag(np.arange(j + 1) == j)
+                 for node in nodes for sign in (1.0, -1.0)]
+        nodes = _different([_settled(view_1, view_2, C, [j + 1] * 2) for C in grown], j + 1, SAME_NODE)[:WIDTH]
     ends = [_settled(view_1, view_2, node.C_12, [*range(TREE_SIZE + 2, size, 2), size]) for node in nodes]
     return _different(ends, 20, SAME_MAP * np.sqrt(20))
-
-
-def nearest_both_ways(rows_1: FloatArray, rows_2: FloatArray) -> tuple[IntArray, IntArray, float]:
-    """The nearest row of 1 for each of 2, of 2 for each of 1, and the mean square distance."""
-    first, second = rows_1.astype(np.float32), rows_2.astype(np.float32)
-    squares = (first**2).sum(axis=1)[:, None] + (second**2).sum(axis=1) - 2.0 * first @ second.T  # (s1, s2)
-    return squares.argmin(axis=0), squares.argmin(axis=1), float(squares.min(0).mean() + squares.min(1).mean()) / 2.0
 
 
 def _settled(view_1: View, view_2: View, C: FloatArray, sizes: list[int]) -> Candidate:
@@ -75,20 +69,12 @@ def _settled(view_1: View, view_2: View, C: FloatArray, sizes: list[int]) -> Can
 
 
 def _matched(view_1: View, view_2: View, C: FloatArray) -> tuple[IntArray, IntArray, float]:
-    """Samples that correspond, by their modes and their looks."""
+    """For each sample of 2 that of 1 most like it in modes and looks, for each of 1 that of 2; the mean square gap."""
     j = len(C)
-    return nearest_both_ways(
-        np.hstack([view_1.rows[:, :j] @ C.T / np.sqrt(j), view_1.looks]),
-        np.hstack([view_2.rows[:, :j] / np.sqrt(j), view_2.looks]),
-    )
-
-
-def _grown(C: FloatArray, sign: float) -> FloatArray:
-    """The map with one mode more on each side."""
-    j = len(C)
-    larger = np.zeros((j + 1, j + 1))
-    larger[:j, :j], larger[j, j] = C, sign
-    return larger
+    first = np.hstack([view_1.rows[:, :j] @ C.T / np.sqrt(j), view_1.looks]).astype(np.float32)
+    second = np.hstack([view_2.rows[:, :j] / np.sqrt(j), view_2.looks]).astype(np.float32)
+    squares = (first**2).sum(axis=1)[:, None] + (second**2).sum(axis=1) - 2.0 * first @ second.T  # (s1, s2)
+    return squares.argmin(axis=0), squares.argmin(axis=1), float(squares.min(0).mean() + squares.min(1).mean()) / 2.0
 
 
 def _different(found: list[Candidate], size: int, near: float) -> list[Candidate]:

@@ -27,15 +27,14 @@ def shared_functions(bases: Sequence[Eigenbasis], maps: Maps, k: int | None = No
 
     Parameters
     ----------
-    bases : sequence of n Eigenbasis, the modes of the shapes, each scaled to area one
-    maps : dict of (int, int) to (k_j, k_i) array, for pairs (i, j), the functional map from functions on i to functions
-        on j, by `match_shapes`
+    bases : the modes of n shapes, each scaled to area one
+    maps : for pairs (i, j) the functional map (k_j, k_i) from functions on i to functions on j, as by `match_shapes`
     k : how many functions; as many as the smallest map has modes by default
 
     Returns
     -------
-    (k_i, k) list of n ndarray: coefficients; column by column the same function, from smooth to rough. Raises TypeError
-    or ValueError if a map does not fit its bases, the maps do not join the shapes, or k is out of range.
+    n arrays (k_i, k) of coefficients; column by column the same function, from smooth to rough. Raises TypeError or
+    ValueError if a map does not fit its bases, the maps do not join the shapes, or k is out of range.
 
     Examples
     --------
@@ -43,8 +42,8 @@ def shared_functions(bases: Sequence[Eigenbasis], maps: Maps, k: int | None = No
     >>> basis = compute_eigenbasis(*cotan_laplacian(shapes.potato(subdivisions=2)), k=6)
     >>> turn = np.diag([1.0, -1.0, 1.0, 1.0, -1.0, 1.0])
     >>> Y = shared_functions([basis] * 3, {(0, 1): turn, (1, 2): turn})
-    >>> bool(np.allclose(Y[1] @ np.linalg.pinv(Y[0]), turn)), bool(np.allclose(Y[2] @ np.linalg.pinv(Y[0]), np.eye(6)))
-    (True, True)
+    >>> bool(np.allclose(Y[1] @ np.linalg.pinv(Y[0]), turn))
+    True
 
     References
     ----------
@@ -54,7 +53,7 @@ def shared_functions(bases: Sequence[Eigenbasis], maps: Maps, k: int | None = No
     _check_joined(len(bases), maps)
     checked = {(i, j): as_functional_map(bases[i], bases[j], C) for (i, j), C in maps.items()}
     sizes = [min(C.shape[1 - ends.index(shape)] for ends, C in checked.items() if shape in ends)
-             for shape in range(len(bases))]  # fmt: skip
+             for shape in range(len(bases))]
     k = as_count("k", min(sizes) if k is None else k, 1, min(sizes))
     starts = np.concatenate([[0], np.cumsum(sizes)])
     system = np.zeros((starts[-1], starts[-1]))
@@ -82,15 +81,13 @@ def shared_embedding(
 
     Parameters
     ----------
-    bases : sequence of n Eigenbasis, the modes of the shapes
-    shared : (k_i, k) sequence of n array_like, from `shared_functions`
+    bases, shared : the modes of n shapes, and arrays (k_i, k) from `shared_functions`
     d : coordinates; all k - 1 by default
 
     Returns
     -------
-    (n_i, d) list of n ndarray: without unit. `nearest_rows` of two of them is a point map; `spectral_clusters` of all
-    of them cuts all shapes at once. Raises TypeError or ValueError if the coefficients do not fit the bases, or d is
-    out of range.
+    n arrays (n_i, d), without unit. `nearest_rows` of two is a point map; `spectral_clusters` of all cuts all shapes at
+    once. Raises TypeError or ValueError if the coefficients do not fit the bases, or d is out of range.
 
     Examples
     --------
@@ -107,14 +104,13 @@ def shared_embedding(
     d = as_count("d", Y[0].shape[1] - 1 if d is None else d, 1, Y[0].shape[1] - 1)
     energies = np.mean([(y**2 * basis.evals[: len(y), None]).sum(0) for y, basis in zip(Y, bases, strict=True)], axis=0)
     return [np.asarray(basis.evecs[:, : len(y)] @ y)[:, 1 : d + 1] / np.sqrt(energies[1 : d + 1])
-            for y, basis in zip(Y, bases, strict=True)]  # fmt: skip
+            for y, basis in zip(Y, bases, strict=True)]
 
 
 def consistent_maps(bases: Sequence[Eigenbasis], maps: Maps, *, n_rounds: int = 2) -> dict[tuple[int, int], IntArray]:
     """Return point maps between all pairs of shapes that agree with each other, from functional maps between some.
 
-    Each round: functions that the shapes share, for every pair the map of nearest points among them, and its functional
-    map.
+    Each round: functions that the shapes share, for every pair the map of nearest points among them, and its matrix.
 
     Parameters
     ----------
@@ -123,8 +119,7 @@ def consistent_maps(bases: Sequence[Eigenbasis], maps: Maps, *, n_rounds: int = 
 
     Returns
     -------
-    dict of (int, int) to ndarray of int64: for pairs (i, j), p2p_ji: a vertex of i for each vertex of j, beside C_ij.
-    Raises TypeError or ValueError as for `shared_functions`.
+    For pairs (i, j) a vertex of i for each vertex of j. Raises TypeError or ValueError as for `shared_functions`.
 
     Examples
     --------
@@ -156,14 +151,12 @@ def cycle_error(meshes: Sequence[TriangleMesh], maps: Mapping[tuple[int, int], A
 
     Parameters
     ----------
-    meshes : sequence of n TriangleMesh, the shapes
-    maps : dict of (int, int) to array_like of int, for pairs (i, j), a vertex of i for each vertex of j, as from
-        `consistent_maps`; all pairs, both ways
+    meshes : n shapes
+    maps : for all pairs (i, j), both ways, a vertex of i for each vertex of j, as from `consistent_maps`
 
     Returns
     -------
-    0 for maps that agree. Raises TypeError or ValueError if a map does not fit its shapes, or fewer than three shapes
-    are given.
+    0 for maps that agree. Raises TypeError or ValueError if a map does not fit, or there are fewer than three shapes.
 
     Examples
     --------

@@ -22,14 +22,10 @@ class PartMatch:
 
     Parameters
     ----------
-    p2p_21 : (n2,) array of int
-        A vertex of the whole, shape 1, for each vertex of the part, shape 2.
-    overlap : (n1,) array of bool
-        Which vertices of the whole the part covers; the rest is left unmapped.
-    doubt : float
-        From 0 to 1, as of `match_shapes`: that of the last round, between the part and what was left of the whole.
-    reason : str
-        Why the map may be wrong; empty where doubt is below one half.
+    p2p_21 : (n2,) int, a vertex of the whole, shape 1, for each vertex of the part, shape 2
+    overlap : (n1,) bool, which vertices of the whole the part covers; the rest is left unmapped
+    doubt : from 0 to 1, of the last round, between the part and what was left of the whole, as of `match_shapes`
+    reason : why the map may be wrong; empty where doubt is below one half
     """
 
     p2p_21: IntArray
@@ -51,13 +47,11 @@ def match_part(
     ----------
     whole, part : shapes 1 and 2, connected, consistently oriented
     landmarks : (q, 2) int, pairs (vertex of the whole, vertex of the part) of the same point
-    k : modes of the map
-    n_rounds : how often the overlap is matched, at least 1
+    k, n_rounds : modes of the map, and how often the overlap is matched, at least 1
 
     Returns
     -------
-    The map, the overlap, and the doubt of the last round. Raises TypeError or ValueError if a landmark is no vertex, a
-    shape is not connected, or a number is out of range.
+    The map, the overlap, and the doubt of the last round. Raises TypeError or ValueError as `match_shapes` does.
 
     Examples
     --------
@@ -71,8 +65,7 @@ def match_part(
 
     References
     ----------
-    Rodolà, Cosmo, Bronstein, Torsello and Cremers, "Partial functional correspondence" (2017), for the problem; this is
-    simpler than their joint optimisation of map and overlap.
+    Rodolà et al., "Partial functional correspondence" (2017), for the problem; they find map and overlap together.
     """
     pairs = landmark_pairs(whole, part, landmarks)
     k, kept = as_count("k", k, 8, part.n_vertices), np.ones(whole.n_vertices, dtype=bool)
@@ -92,13 +85,12 @@ def cut_mesh(mesh: TriangleMesh, keep: ArrayLike) -> tuple[TriangleMesh, NDArray
 
     Parameters
     ----------
-    mesh : the shape
-    keep : (n,) bool, which vertices may stay
+    mesh, keep : the shape, and (n,) bool: which of its vertices may stay
 
     Returns
     -------
     part: the piece with most faces, its vertices in their old order; kept (n,) bool: which vertices of the mesh it has.
-    Raises TypeError or ValueError if `keep` does not say yes or no of each vertex, or leaves no face.
+    Raises ValueError if `keep` does not say yes or no of each vertex, or leaves no face.
 
     Examples
     --------

@@ -24,21 +24,19 @@ def precise_map(mesh_1: TriangleMesh, basis_1: Eigenbasis, basis_2: Eigenbasis, 
     Parameters
     ----------
     mesh_1 : shape 1
-    basis_1, basis_2 : the modes of both shapes, at least k1 and k2
-    C_12 : (k2, k1), the functional map
+    basis_1, basis_2, C_12 : the modes of both shapes, at least k1 and k2, and the functional map (k2, k1)
 
     Returns
     -------
-    (n2, n1) csr_array: p_21: weights from 0 to 1, at most three in a row, that sum to one. `P_21 @ f_1` is f_1 on shape
-    2. Raises TypeError or ValueError if the matrix does not fit the bases, or the basis not the mesh.
+    P_21 (n2, n1), sparse: weights from 0 to 1, at most three in a row, that sum to one. `P_21 @ f_1` is f_1 on shape 2.
+    Raises TypeError or ValueError if the matrix does not fit the bases, or the basis not the mesh.
 
     Examples
     --------
     >>> from spectral_notes import compute_eigenbasis, cotan_laplacian, shapes
     >>> mesh = shapes.egg(3)
     >>> basis = compute_eigenbasis(*cotan_laplacian(mesh), k=20)
-    >>> P_21 = precise_map(mesh, basis, basis, np.eye(20))
-    >>> bool(abs(P_21 @ mesh.vertices - mesh.vertices).max() < 1e-8)
+    >>> bool(np.allclose(precise_map(mesh, basis, basis, np.eye(20)) @ mesh.vertices, mesh.vertices))
     True
 
     References
@@ -78,8 +76,7 @@ def orientation_score(mesh_1: TriangleMesh, mesh_2: TriangleMesh, p2p_21: ArrayL
 
     Returns
     -------
-    From 0 to 1; 0 also if every face falls on a line. Raises TypeError or ValueError if the map does not go from the
-    vertices of 2 to those of 1.
+    From 0 to 1; 0 also if every face falls on a line. Raises TypeError or ValueError if the map does not fit.
 
     Examples
     --------
@@ -102,14 +99,12 @@ def orientation_score(mesh_1: TriangleMesh, mesh_2: TriangleMesh, p2p_21: ArrayL
 def geodesic_errors(mesh_1: TriangleMesh, p2p_21: ArrayLike, true_21: ArrayLike) -> FloatArray:
     """Return how far along shape 1 each image lies from the true one, in units of the square root of its area.
 
-    One exact geodesic problem is solved for each true image that a map misses: hand over a sample of vertices where
-    there are many.
+    One exact geodesic problem is solved for each true image that a map misses: hand over a sample where there are many.
 
     Parameters
     ----------
     mesh_1 : shape 1
-    p2p_21 : (p,) or (q, p) int, the images of p vertices of shape 2, by one map or by q
-    true_21 : (p,) int, their true images
+    p2p_21, true_21 : (p,) or (q, p) int, the images of p vertices of shape 2 by one map or q; (p,), their true images
 
     Returns
     -------

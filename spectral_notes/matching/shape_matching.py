@@ -16,11 +16,19 @@ from spectral_notes.eigenbasis import Eigenbasis, compute_eigenbasis
 from spectral_notes.functional_maps import functional_map, point_map
 from spectral_notes.laplacians import cotan_laplacian
 from spectral_notes.matching.map_fitting import fit_functional_map, multiplications, point_descriptors, rotations
-from spectral_notes.matching.map_refinement import bijective_zoomout, sample_vertices, zoomout
+from spectral_notes.matching.map_refinement import bijective_zoomout, zoomout
 from spectral_notes.matching.map_search import Candidate, candidate_maps, view
 from spectral_notes.matching.point_maps import orientation_score, precise_map
 from spectral_notes.mesh_calculus import surface_weights
-from spectral_notes.meshes import TriangleMesh, connected_components, euler_characteristic, is_closed
+from spectral_notes.meshes import (
+    TriangleMesh,
+    connected_components,
+    edges_with_counts,
+    euler_characteristic,
+    farthest_points,
+    is_closed,
+    signed_volume,
+)
 from spectral_notes.shapes.resampling import coarse_copy
 
 Meshes = tuple[TriangleMesh, TriangleMesh]
@@ -34,6 +42,7 @@ N_OPERATORS = 10  # descriptors, evenly taken, that give pairs of operators: nei
 COARSE = 80  # modes up to which candidates are refined, on samples
 STEP = 20  # modes more in each round after that, with all vertices
 NEAR = 0.1  # images this close, in square roots of the area, count as the same place
+MOSTLY_HOLE = 0.2  # holes, as circles of their length, of this share of the area leave a shape without an inside
 LIGHT = 5000  # vertices of the copies that `fast` matches
 HEIGHT_WEIGHT = 1.0  # of the height along `up` among what points look like
 BIAS = -4.0  # of the doubt, when no clue speaks
@@ -41,7 +50,7 @@ BIAS = -4.0  # of the doubt, when no clue speaks
 CLUES = {
     "upside down": (20.0, 0.0), "defect": (4.0, 0.0), "rival": (60.0, -0.25), "mirrored": (150.0, 0.05),
     "genus": (4.0, 0.0),
-}  # fmt: skip
+}
 
 
 @dataclass(frozen=True, eq=False)
@@ -50,22 +59,15 @@ class ShapeMatch:
 
     Parameters
     ----------
-    C_12 : (k, k) array
-        Coefficients of functions on 1 to those of functions on 2, in the bases below.
-    p2p_21 : (n2,) array of int
-        A vertex of 1 for each vertex of 2.
-    orientation : float
-        Share of shape 2's area that lands right side up, from 0 to 1; see `orientation_score`.
-    doubt : float
-        From 0 to 1: how much speaks against the map, a score whose weights were chosen on four persons.
-    reason : str
-        Why the map may be wrong, where that is more likely than not; else empty.
-    clues : dict of str to float
-        What the doubt was computed from: the share of the area upside down; the defect from an isometry; how far the
-        best map that leads elsewhere ranks above this one, less its own defect, and how far the best mirrored one does
-        (-1 if there is none); and whether two closed shapes differ in their number of holes.
-    basis_1, basis_2 : Eigenbasis
-        The modes of both shapes, each scaled to area one.
+    C_12 : (k, k), coefficients of functions on 1 to those of functions on 2, in the bases below
+    p2p_21 : (n2,) int, a vertex of 1 for each vertex of 2
+    orientation : share of shape 2's area that lands right side up, from 0 to 1; see `orientation_score`
+    doubt : from 0 to 1: how much speaks against the map, a score whose weights were chosen on four persons
+    reason : why the map may be wrong, where that is more likely than not; else empty
+    clues : what the doubt was computed from: the share of the area upside down; the defect from an isometry; how far
+        the best map that leads elsewhere ranks above this one, less its own defect, and how far the best mirrored one
+        does (-1 if there is none); and whether two closed shapes differ in their number of holes
+    basis_1, basis_2 : the modes of both shapes, each scaled to area one
     """
 
     C_12: FloatArray
@@ -86,15 +88,13 @@ class ShapeMatch:
 def match_shapes(
     mesh_1: TriangleMesh, mesh_2: TriangleMesh, landmarks: ArrayLike = (), *, k: int = 200, n_samples: int = 1500,
     up: ArrayLike | None = None, fast: bool = False, bases: tuple[Eigenbasis, Eigenbasis] | None = None,
-) -> ShapeMatch:  # fmt: skip
+) -> ShapeMatch:
     """Return a map between two nearly isometric shapes, from signatures, landmarks and orientation, by ZoomOut.
 
     A tree over the signs of the first modes gives candidates that agree with signatures and landmarks. The best that
     land right side up are fitted again, by least squares with orientation, refined on samples to 80 modes, and ranked
     by the area that lands right side up, the defect from an isometry, and the misfit of signatures. The first of them
-    is refined to k modes with all vertices, and once more by a precise map. Doubt grows with the area upside down, with
-    the defect, and with a rival: a map that leads elsewhere and fits nearly as well. Bodies that are inside out are
-    turned first.
+    is refined to k modes with all vertices, and once more by a precise map. Bodies inside out are turned first.
 
     Parameters
     ----------
@@ -117,16 +117,14 @@ def match_shapes(
     Examples
     --------
     >>> from spectral_notes import shapes
-    >>> mesh = shapes.goat()
-    >>> mesh = shapes.coarse_copy(mesh, 1000)[0]
+    >>> mesh = shapes.coarse_copy(shapes.goat(), 1000)[0]
     >>> match = match_shapes(mesh, mesh, k=60)
     >>> bool((match.p2p_21 == np.arange(mesh.n_vertices)).all()), match.orientation, match.is_sure
     (True, 1.0, True)
 
     References
     ----------
-    Ren et al., "MapTree" (2020), and Ren et al. (2018) for operators that know the orientation; Melzi et al., "ZoomOut"
-    (2019); Ezuz and Ben-Chen (2017).
+    Ren et al. (2018), for orientation; Melzi et al., "ZoomOut" (2019); Ren et al., "MapTree" (2020).
     """
     pairs = landmark_pairs(mesh_1, mesh_2, landmarks)
     k = as_count("k", k, 8, min(mesh_1.n_vertices, mesh_2.n_vertices))
@@ -136,22 +134,21 @@ def match_shapes(
     if fast and max(mesh_1.n_vertices, mesh_2.n_vertices) > LIGHT:
         return _match_copies(meshes, pairs, k, n_samples, up, bases)
     both = _bases(*meshes, k, bases)
-    samples = sample_vertices(meshes[0], n_samples), sample_vertices(meshes[1], n_samples)
+    samples = farthest_points(meshes[0].vertices, n_samples), farthest_points(meshes[1].vertices, n_samples)
     return best_match(meshes, both, refined_candidates(meshes, both, samples, pairs, hints), k)
 
 
 def isometry_defect(C_12: ArrayLike) -> float:
     """Return how far a functional map is from that of an isometry, without unit: |C^T C - I| / sqrt(k1), Frobenius.
 
-    For shapes of equal area. About 0.1 for poses of one body in different triangulations.
-
     Parameters
     ----------
-    C_12 : (k2, k1), the functional map
+    C_12 : (k2, k1), a functional map between shapes of equal area
 
     Returns
     -------
-    0 for an isometry, 1 for the zero map. Raises TypeError or ValueError if it is no matrix of numbers.
+    0 for an isometry, about 0.1 for poses of one body, 1 for the zero map. Raises TypeError or ValueError if it is no
+    matrix of numbers.
 
     Examples
     --------
@@ -163,20 +160,12 @@ def isometry_defect(C_12: ArrayLike) -> float:
 
 
 def outward(mesh: TriangleMesh) -> TriangleMesh:
-    """Return the mesh, its faces turned over where it is a body that is inside out: by its volume, holes capped.
-
-    What is mostly hole, such as a height field, has no inside, and stays as it is.
-    """
-    centred, n = mesh.vertices - mesh.vertices.mean(axis=0), mesh.n_vertices
-    sides = np.vstack([mesh.faces[:, [c, (c + 1) % 3]] for c in range(3)])
-    rim = sides[~np.isin(sides[:, 0] * n + sides[:, 1], sides[:, 1] * n + sides[:, 0])]  # directed, without a twin
-    holes = sp.csgraph.connected_components(sp.csr_array((np.ones(len(rim)), rim.T), shape=(n, n)), directed=False)[1]
-    held = np.maximum(np.bincount(holes[rim[:, 0]], minlength=n), 1)
-    middles = np.column_stack([np.bincount(holes[rim[:, 0]], x, n) / held for x in centred[rim[:, 0]].T])
-    caps = np.stack([centred[rim[:, 1]], centred[rim[:, 0]], middles[holes[rim[:, 0]]]], axis=1)  # turned to close up
-    volume = np.linalg.det(np.vstack([centred[mesh.faces], caps])).sum()
-    gaps = np.linalg.norm(np.cross(caps[:, 1] - caps[:, 0], caps[:, 2] - caps[:, 0]), axis=1).sum() / 2.0
-    if volume >= 0.0 or gaps > 0.2 * mesh.area:
+    """Return the mesh, its faces turned over where it is a body inside out; what is mostly hole, a field, stays."""
+    pairs, n_faces = edges_with_counts(mesh)
+    i, j = rim = pairs[n_faces == 1].T
+    holes = sp.csgraph.connected_components(sp.csr_array((np.ones(len(i)), rim), shape=2 * (mesh.n_vertices,)))[1]
+    lengths = np.bincount(holes[i], np.linalg.norm(mesh.vertices[i] - mesh.vertices[j], axis=1))
+    if signed_volume(mesh) >= 0.0 or (lengths**2).sum() > 4.0 * np.pi * MOSTLY_HOLE * mesh.area:  # circles hold most
         return mesh
     return TriangleMesh(mesh.vertices, mesh.faces[:, ::-1], mesh.name)
 
@@ -274,7 +263,7 @@ def best_match(meshes: Meshes, bases: Bases, ends: list[Refined], k: int) -> Sha
 def _refined(
     meshes: Meshes, bases: Bases, samples: tuple[IntArray, IntArray], candidate: Candidate, pairs: IntArray,
     is_upright: bool,
-) -> Refined:  # fmt: skip
+) -> Refined:
     """A candidate fitted with orientation and refined to COARSE modes; one that is upside down as a mirror image."""
     one, two = meshes if is_upright else (meshes[0], TriangleMesh(meshes[1].vertices, meshes[1].faces[:, ::-1]))
     C = _refit(one, two, *bases, candidate.C_12, pairs)
@@ -288,9 +277,9 @@ def _refined(
 def _refit(
     mesh_1: TriangleMesh, mesh_2: TriangleMesh, basis_1: Eigenbasis, basis_2: Eigenbasis, C_12: FloatArray,
     pairs: IntArray,
-) -> FloatArray:  # fmt: skip
+) -> FloatArray:
     """A map fitted anew to signatures, landmarks, some images under the old map, products and orientation."""
-    at_2 = sample_vertices(mesh_2, min(SOFT_LANDMARKS, mesh_2.n_vertices))
+    at_2 = farthest_points(mesh_2.vertices, min(SOFT_LANDMARKS, mesh_2.n_vertices))
     soft = np.column_stack([point_map(basis_1, basis_2, C_12)[at_2], at_2])
     both = np.vstack([pairs, soft])
     f_1, f_2 = (point_descriptors(basis, both[:, i], n_each=20) for i, basis in enumerate((basis_1, basis_2)))
@@ -331,5 +320,5 @@ def doubt_of(clues: Mapping[str, float]) -> tuple[float, str]:
         "rival": "another map fits nearly as well and leads elsewhere: the shapes have a symmetry; give landmarks",
         "genus": "the shapes have different numbers of holes, so that no map between them is one to one",
         "mirrored": "upside down the map fits better: one shape is perhaps the mirror image of the other",
-    }  # fmt: skip
+    }
     return float(doubt), words[max(parts, key=lambda name: parts[name])] if doubt >= 0.5 else ""

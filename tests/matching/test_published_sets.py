@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import importlib.util
+import json
 import sys
 from pathlib import Path
 from types import ModuleType
@@ -29,23 +30,24 @@ def benchmark() -> ModuleType:
     return module
 
 
-def write_set(kind: str, folder: Path) -> None:
-    """Two bodies, the second the first renumbered, as the set would keep them."""
+def write_set(kind: str, folder: Path, places: tuple[str, str, str] = ("off", "corres", "off")) -> None:
+    """Two bodies, the second the first renumbered, as the set would keep them: folders, and how shapes' files end."""
+    shapes_in, maps_in, ending = places
     names = {"faust": ("tr_reg_080", "tr_reg_081"), "scape": ("mesh052", "mesh053"), "shrec19": ("1", "2"), "tosca": ("cat0", "cat1")}[kind]
-    (folder / "off").mkdir()
-    (folder / "corres").mkdir()
+    (folder / shapes_in).mkdir()
+    (folder / maps_in).mkdir()
     for name, mesh in zip(names, (BODY, RENUMBERED), strict=True):
         if kind == "tosca":  # poses share their numbers
             np.savetxt(folder / f"{name}.vert", BODY.vertices * [1, 1, 1 + (name == names[1])])
             np.savetxt(folder / f"{name}.tri", BODY.faces + 1, fmt="%d")
         else:
-            write_mesh(folder / "off" / f"{name}.off", mesh)
+            write_mesh(folder / shapes_in / f"{name}.{ending}", mesh)
     if kind == "shrec19":
-        np.savetxt(folder / "corres" / "1_2.map", np.argsort(ORDER) + 1, fmt="%d")
+        np.savetxt(folder / maps_in / "1_2.map", np.argsort(ORDER) + 1, fmt="%d")
     elif kind != "tosca":
         some = np.arange(0, 162, 2)  # template points
-        np.savetxt(folder / "corres" / f"{names[0]}.vts", some + 1, fmt="%d")
-        np.savetxt(folder / "corres" / f"{names[1]}.vts", np.argsort(ORDER)[some] + 1, fmt="%d")
+        np.savetxt(folder / maps_in / f"{names[0]}.vts", some + 1, fmt="%d")
+        np.savetxt(folder / maps_in / f"{names[1]}.vts", np.argsort(ORDER)[some] + 1, fmt="%d")
 
 
 @pytest.mark.parametrize("kind", ["faust", "scape", "shrec19", "tosca"])
@@ -58,6 +60,25 @@ def test_a_folder_of_the_published_layout_is_read(benchmark: ModuleType, tmp_pat
     stretch = [1, 1, 2] if kind == "tosca" else [1, 1, 1]
     for at_1, at_2 in [*zip(pair.true_21, pair.at_2, strict=True), *pair.landmarks]:
         np.testing.assert_allclose(pair.mesh_1.vertices[at_1] * stretch, pair.mesh_2.vertices[at_2], atol=1e-6)
+
+
+@pytest.mark.parametrize("kind", ["faust", "scape", "shrec19"])
+@pytest.mark.parametrize("places", [("off_2", "corres", "off"), ("shapes", "correspondences", "ply"), ("off", "corres", "OFF")])
+def test_copies_of_a_set_in_other_folders_are_read(benchmark: ModuleType, tmp_path: Path, kind: str, places: tuple[str, str, str]) -> None:
+    write_set(kind, tmp_path, places)
+    [(_, build)] = benchmark.published_pairs(kind, tmp_path)
+    pair = build()
+    np.testing.assert_allclose(pair.mesh_1.vertices[pair.true_21], pair.mesh_2.vertices[pair.at_2], atol=1e-6)
+
+
+def test_a_set_is_matched_by_the_same_methods_and_kept(benchmark: ModuleType, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    write_set("faust", tmp_path)
+    result = tmp_path / "result.json"
+    monkeypatch.setattr(sys, "argv", ["maps", "--set", "faust", "--folder", str(tmp_path), "--methods", "ours 5", "--result", str(result)])
+    monkeypatch.setattr(benchmark, "K", 60)
+    benchmark.main()
+    [(name, row)] = json.loads(result.read_text())["faust"].items()
+    assert name == "faust tr_reg_080 -> tr_reg_081" and row["ours 5"]["error"] == 0.0 and row["ours 5"]["far"] == 0.0
 
 
 def test_only_as_many_pairs_as_wanted_and_none_in_an_empty_folder(benchmark: ModuleType, tmp_path: Path) -> None:
