@@ -231,7 +231,7 @@ def brain(ax: Axes) -> None:
 def outlook(ax: Axes) -> None:
     """One equation, and the roads that lead out of it."""
     write(ax, 0, 0, r"$L\varphi = \lambda M\varphi$", CHALK)
-    roads = {"finite elements": (-3.4, 1), "learning": (3.2, 1)}
+    roads = {"finite elements": (-3.4, 1), "solids": (3.2, 1)}
     roads |= {"millions of\nvertices": (-3.4, -1), "other operators": (3.4, -1)}
     for words, (x, y) in roads.items():
         arrow(ax, (0.32 * x, 0.32 * y), (0.62 * x, 0.66 * y))
