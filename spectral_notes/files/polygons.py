@@ -81,10 +81,10 @@ def checked_polygons(polygons: Polygons, *, clean: bool) -> Polygons:
         worst = int(np.argmax(broken))
         start, size = int(polygons.starts[worst]), int(polygons.sizes[worst])
         named = (polygons.corners[start : start + size][:9] + polygons.first).tolist()
-        fault = "has fewer than three corners" if size < 3 else "names a vertex twice"
+        fault = "a face has fewer than three corners" if size < 3 else "a face names a vertex twice"
         place = _place("polygon", worst, polygons.polygon_lines)
         mended = "" if broken.all() else "; $reclean drops such faces"
-        raise Refusal(f"{place}: a face {fault}: {named}{mended}")
+        raise Refusal(f"{place}: {fault}: {named}{mended}")
     return _selected(polygons, ~broken) if broken.any() else polygons
 
 
