@@ -19,6 +19,7 @@ from spectral_notes import labs
 from spectral_notes.clustering import spectral_clusters, spectral_embedding
 from spectral_notes.diffusion import heat, point_source
 from spectral_notes.eigenbasis import compute_eigenbasis
+from spectral_notes.geometry import geodesic_distances
 from spectral_notes.geometry.nodal import nodal_domains
 from spectral_notes.labs.data import (
     LabData,
@@ -259,6 +260,26 @@ def test_a_field_in_node_is_the_smoothest_of_the_library_with_its_indices(tmp_pa
     indices = found[2 * mesh.n_vertices :]
     assert np.array_equal(indices, n_fold * field_indices(mesh, z, n_fold)) and indices.sum() == 2 * n_fold
     assert np.count_nonzero(indices) > 2
+
+
+@needs_node
+def test_in_a_short_time_the_nearer_arrow_decides_alone_and_in_a_long_one_both_have_a_say(tmp_path):
+    mesh = in_unit_area(coarse_copy(goat(), 2500)[0])
+    fixed = [int(mesh.vertices[:, 0].argmax()), int(mesh.vertices[:, 0].argmin())]
+    expression = (
+        "((n, at) => [0.02, 100].map((t) => { const step = N.heatStep(d, 1, t); const unit = (v) => Float64Array.from({ length: 2 * n }, (_, i) => +(i === v));"
+        "const columns = at.map((v) => N.conjugateGradients(step, unit(v), unit(v))); const arrows = [[1, 0], [0, 1]];"
+        "return [[0, 1], [0], [1]].map((which) => Array.from(N.fieldThrough(which.map((k) => columns[k]), n, which.map((k) => at[k]), which.map((k) => arrows[k]))));"
+        f" }}))(d.n, {fixed})"
+    )
+    n, far = mesh.n_vertices, np.array([geodesic_distances(mesh, [vertex]) for vertex in fixed])
+    medians = []
+    for x in np.array(in_node(tmp_path, arrows_data(mesh), expression)):
+        both, *alone = x[:, :n] + 1j * x[:, n:]
+        gaps = np.degrees(np.abs(np.angle(both / np.array(alone))))
+        medians.append([np.median(gaps[own][far[own] < 0.7 * far[1 - own]]) for own in (0, 1)])
+    short, long = medians
+    assert max(short) < 2 and max(long) > 5
 
 
 def test_an_arrow_costs_least_where_the_field_already_pointed():

@@ -139,7 +139,7 @@
       ],
       [
         "Shorten the time; then take lines or crosses.",
-        "In a short time each place follows the arrow nearest to it, carried there, and the energy is higher. Lines turn by halves round a face and crosses by quarters, so more faces share the same sum.",
+        "In a short time the nearer arrow decides alone at each place, and the energy is higher. Lines turn by halves round a face and crosses by quarters, so more faces share the same sum.",
       ],
     ],
     start,
