@@ -1,4 +1,4 @@
-"""Every page can be used by everybody: axe-core finds nothing serious, and every picture says what is seen."""
+"""Every page loads little and can be used by everybody: axe-core finds nothing serious, and every picture says what is seen."""
 
 from __future__ import annotations
 
@@ -6,6 +6,7 @@ import re
 
 from axe_playwright_python.sync_playwright import Axe
 
+FIRST_LOAD = 1_500_000  # bytes of a page, without the search index and MathJax
 SEVERE = ("serious", "critical")
 REPEATED = """() => {
   const seen = {};
@@ -15,6 +16,11 @@ REPEATED = """() => {
   });
   for (const mark of marks) mark.replaceWith(mark.textContent);
 }"""
+
+
+def weight(sizes: dict[str, int]) -> int:
+    """Return the bytes of a first load that count."""
+    return sum(size for url, size in sizes.items() if "/mathjax/" not in url and "searchindex.js" not in url)
 
 
 def severe(page, *rules: str) -> list[str]:
@@ -33,10 +39,14 @@ def severe(page, *rules: str) -> list[str]:
     ]
 
 
-def test_everybody_can_use_a_page(visit, name):
+def test_a_page_loads_little_and_everybody_can_use_it(visit, name, capsys):
     """By axe, whose rules but one do not see the theme; and pictures say what is seen."""
-    with visit(name) as (page, _):
+    with visit(name) as (page, watch):
         page.wait_for_load_state("networkidle")
+        assert watch.faults() == []
+        with capsys.disabled():
+            print(f"\n{name}: first load {weight(watch.sizes) / 1e6:.2f} MB")
+        assert weight(watch.sizes) <= FIRST_LOAD, sorted(watch.sizes.items(), key=lambda one: -one[1])[:8]
         assert page.evaluate("document.documentElement.dataset.theme") == "light"
         assert severe(page) == []
         assert [picture for picture in page.evaluate(PICTURES) if poor(**picture)] == []
