@@ -12,7 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from spectral_notes._checks import as_choice, as_count, as_number
-from spectral_notes.compression.bases import Level, hierarchy
+from spectral_notes.compression.bases import Domain
 from spectral_notes.compression.connectivity import (
     MAX_VERTICES,
     NONE,
@@ -23,7 +23,7 @@ from spectral_notes.compression.connectivity import (
 from spectral_notes.compression.file_format import Place, front, unpack
 from spectral_notes.compression.positions import decode_positions
 from spectral_notes.compression.range_coder import Coder, CorruptStreamError
-from spectral_notes.compression.search import QUALITIES, Job, Target, draco_files, spectral_files
+from spectral_notes.compression.search import QUALITIES, Job, draco_files, spectral_files
 from spectral_notes.meshes import TriangleMesh, as_mesh
 
 FINEST_ERROR, COARSEST_ERROR = 1e-6, 100.0  # percent of the diagonal; a coarser target is met by what meets this one
@@ -60,22 +60,19 @@ def encode(
 ) -> bytes:
     """Encode a mesh as the bytes of a `.sgn` file whose error, or size, is the one asked for.
 
-    The faces come back exactly; vertices and faces are numbered anew (see `renumbered`). The file is decoded and
-    compared with the mesh before it is returned.
+    The faces come back exactly, numbered anew with the vertices (see `renumbered`). The file is decoded and compared
+    with the mesh before it is returned.
 
     Parameters
     ----------
     mesh : any mesh: open, in several pieces, not manifold, wound either way, of any unit and at any place
     error : root mean square distance between original and decoded mesh, in percent of the bounding-box diagonal: of
-        vertices (quality "vertex") or of surfaces (quality "surface", the larger of both directions). Met from below,
-        by the spectral codec within one percent where no correction is sent.
+        vertices (quality "vertex") or of surfaces (quality "surface", the larger of both directions). Met from below.
     bits_per_vertex : instead of `error`: bits a vertex that may be spent on positions
-    quality : {"vertex", "surface"}, "surface" lets vertices slide along the surface, which costs the shape little and
-        saves bits
+    quality : {"vertex", "surface"}, "surface" lets vertices slide along the surface, which saves bits
     codec : {"auto", "spectral", "draco"}, "auto" takes whichever is better
     max_error : largest distance of any vertex from where it should be, in percent of the diagonal; further ones are
-        corrected. By default the spectral codec keeps vertices within 2.3 times their error, or surfaces within 5 times
-        theirs.
+        corrected. By default surfaces are kept within 2.2 times the error of vertices, or 5 times that of surfaces.
 
     Returns
     -------
@@ -94,8 +91,6 @@ def encode(
     >>> data = encode(mesh, error=0.1)
     >>> describe(data).codec, len(data) < 24 * mesh.n_vertices / 10
     ('spectral', True)
-    >>> decode(data).n_faces == mesh.n_faces
-    True
     """
     mesh = as_mesh(mesh)
     as_choice("quality", quality, QUALITIES)
@@ -104,10 +99,8 @@ def encode(
         raise ValueError("give exactly one of error and bits_per_vertex")
     error = None if error is None else min(as_number("error", error, low=FINEST_ERROR), COARSEST_ERROR)
     bound = None if max_error is None else min(as_number("max_error", max_error, low=FINEST_ERROR), COARSEST_ERROR)
-    rate = LOWEST_RATE
-    if bits_per_vertex is not None:
-        rate = min(as_number("bits_per_vertex", bits_per_vertex, low=LOWEST_RATE), HIGHEST_RATE)
-    job = Job(mesh, quality, Target(error, rate, bound))
+    rate = as_number("bits_per_vertex", LOWEST_RATE if bits_per_vertex is None else bits_per_vertex, low=LOWEST_RATE)
+    job = Job(mesh, QUALITIES.index(quality), error, min(rate, HIGHEST_RATE), bound)
     files = spectral_files(job) if codec != "draco" else []
     files += draco_files(job) if codec != "spectral" else []
     for data, _ in sorted(files, key=lambda file: (0.0 if error else file[1], len(file[0]))):
@@ -122,13 +115,12 @@ def encode(
 
 def _reads_back(data: bytes, job: Job) -> bool:
     """Whether a file that was written decodes to the faces and within the errors."""
-    mesh, target = _decode(data, False, MAX_VERTICES, job.levels)[0], job.target
-    if mesh.n_vertices != len(job.x):  # Draco merged some
+    mesh = _decode(data, False, MAX_VERTICES, job.domain)[0]
+    if not np.array_equal(mesh.faces, job.connectivity.faces) or mesh.n_vertices != len(job.x):  # Draco merged some
         return False
     x = job.place.shrink(mesh.vertices)
-    gap = 100 / job.diagonal * float(np.sqrt(((x - job.x) ** 2).sum(axis=1).max()))
-    same = np.array_equal(mesh.faces, job.connectivity.faces) and gap <= (target.bound or np.inf)
-    return same and (target.error is None or job.error(x) <= target.error * (1 + 1e-6))
+    near = job.bound is None or 100 * float(np.linalg.norm(x - job.x, axis=1).max()) <= job.bound * job.diagonal
+    return near and (job.goal is None or job.error(x) <= job.goal * (1 + 1e-6))
 
 
 def decode(data: bytes, *, progressive: bool = False, max_vertices: int = MAX_VERTICES) -> TriangleMesh:
@@ -156,8 +148,8 @@ def decode(data: bytes, *, progressive: bool = False, max_vertices: int = MAX_VE
     return _decode(data, progressive, as_count("max_vertices", max_vertices, 1, MAX_VERTICES))[0]
 
 
-def _decode(data: bytes, progressive: bool, limit: int, levels: list[Level] | None = None) -> tuple[TriangleMesh, str]:
-    """The mesh of a file and its codec; `levels` saves the work of deriving them from the faces again."""
+def _decode(data: bytes, progressive: bool, limit: int, domain: Domain | None = None) -> tuple[TriangleMesh, str]:
+    """The mesh of a file and its codec; `domain` saves the work of deriving it from the faces again."""
     if not isinstance(data, bytes | bytearray | memoryview):
         raise TypeError(f"data must be bytes; got {type(data).__name__}")
     stream, payload, whole = unpack(bytes(data), progressive=progressive)
@@ -167,7 +159,7 @@ def _decode(data: bytes, progressive: bool, limit: int, levels: list[Level] | No
         raise CorruptStreamError("data ends before the first coefficient")
     x, faces = decode_connectivity(stream, mends, limit)
     if spectral:
-        x = decode_positions(coder, faces, levels or hierarchy(faces, len(x) + mends.lone))
+        x = decode_positions(coder, domain or Domain(faces, len(x) + mends.lone))
     X = place.restore(x)
     if not (np.abs(X) < 1e50).all() or (mends.lone and not spectral):
         raise CorruptStreamError("the file places vertices further away than any encoder does, or not at all")
@@ -176,10 +168,6 @@ def _decode(data: bytes, progressive: bool, limit: int, levels: list[Level] | No
 
 def renumbered(mesh: TriangleMesh) -> TriangleMesh:
     """Return the mesh with its vertices and faces numbered as `decode` will number them, positions unchanged.
-
-    Returns
-    -------
-    The same surface, to compare with a decoded one vertex by vertex and face by face.
 
     Examples
     --------

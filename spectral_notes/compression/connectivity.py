@@ -50,17 +50,12 @@ NONE = Mends(np.zeros(0, dtype=np.int64), np.zeros(0, dtype=np.int64), 0)
 
 @dataclass(frozen=True, eq=False)
 class Connectivity:
-    """Faces as the decoder will number them, `order[i]` the encoder's vertex that becomes vertex i, and the bytes.
-
-    `first` names the points of Draco's stream that become vertices, `cut_faces` its faces before the mends.
-    """
+    """Faces as the decoder will number them, `order[i]` the encoder's vertex that becomes vertex i, and the bytes."""
 
     faces: IntArray
     order: IntArray
     stream: bytes
     mends: Mends
-    first: IntArray
-    cut_faces: IntArray
 
 
 def encode_connectivity(faces: IntArray, n: int) -> Connectivity:
@@ -78,24 +73,19 @@ def encode_connectivity(faces: IntArray, n: int) -> Connectivity:
     new, order = np.empty(n, dtype=np.int64), np.r_[visited[first], lone]
     new[order] = np.arange(n)
     mends = Mends(again, new[visited[again]], len(lone))
-    return Connectivity(new[visited[cut]], order, stream, mends, first, cut)
+    return Connectivity(new[visited[cut]], order, stream, mends)
 
 
 def size_of(c: Connectivity) -> int:
     """Bytes of a file of the faces alone: Draco's header and stream, and the mends if there are any."""
-    coder = Coder()
-    c.mends.code(coder, MAX_VERTICES)
+    c.mends.code(coder := Coder(), MAX_VERTICES)
     mends = coder.finish() if len(c.mends.again) or c.mends.lone else b""
     return len(DRACO_HEADER) + len(c.stream) + len(mends)
 
 
 def decode_connectivity(stream: bytes, mends: Mends, limit: int) -> tuple[FloatArray, IntArray]:
-    """Return the positions in the stream (n, 3) and the faces; vertices that no face names follow, without positions.
-
-    The counts that the stream begins with are held against `limit` and the size of the file before Draco sees them
-    and allocates anything. Raises CorruptStreamError for what no encoder writes.
-    """
-    n, at = _varint(stream, 1)
+    """The positions in the stream (n, 3) and the faces; vertices that no face names follow, without positions."""
+    n, at = _varint(stream, 1)  # held against limit and size before Draco sees them and allocates anything
     m, _ = _varint(stream, at)
     if n - len(mends.again) + mends.lone > limit or n > 3 * m or m > PER_BYTE * (len(stream) + 1):
         raise CorruptStreamError(f"data announces {n} vertices and {m} faces: more than its size or {limit} allow")

@@ -19,7 +19,7 @@ from spectral_notes.compression.connectivity import Mends
 from spectral_notes.compression.range_coder import Coder, CorruptStreamError
 
 FRAME = struct.Struct("<3sBII")
-VERSION = 2
+VERSION = 3
 
 
 @dataclass(frozen=True)
@@ -39,11 +39,6 @@ class Place:
         exponent = int(np.frexp(diagonal)[1])
         return Place(exponent, tuple(int(x) for x in np.rint(np.ldexp(low / 2 + high / 2, -exponent))))
 
-    def code(self, coder: Coder) -> Place:
-        """Write the place, or read one."""
-        exponent = coder.bits(10, self.exponent + 512) - 512
-        return Place(exponent, tuple(coder.signed(c) for c in self.corner))
-
     def shrink(self, X: FloatArray) -> FloatArray:
         """Positions centred and of size one."""
         return np.ldexp(X, -self.exponent) - np.array(self.corner, dtype=np.float64)
@@ -55,7 +50,9 @@ class Place:
 
 def front(coder: Coder, place: Place, mends: Mends, spectral: bool, limit: int) -> tuple[Place, Mends, bool]:
     """Write what comes before any position, or read it."""
-    return place.code(coder), mends.code(coder, limit), bool(coder.bits(1, spectral))
+    exponent = coder.bits(10, place.exponent + 512) - 512
+    place = Place(exponent, tuple(coder.signed(c) for c in place.corner))
+    return place, mends.code(coder, limit), bool(coder.bits(1, spectral))
 
 
 def pack(stream: bytes, payload: bytes) -> bytes:
@@ -76,10 +73,9 @@ def unpack(data: bytes, *, progressive: bool) -> tuple[bytes, bytes, bool]:
             f"data is of version {version >> 4 or version}; this library reads version {VERSION}: decode it with the "
             "release that wrote it, and encode the mesh again"
         )
-    whole = zlib.crc32(data[8:]) == checksum
+    whole, end = zlib.crc32(data[8:]) == checksum, FRAME.size + length
     if not (whole or progressive):
         raise CorruptStreamError("data does not match its checksum: bytes were changed or are missing")
-    end = FRAME.size + length
     if end > len(data):
         raise CorruptStreamError("data ends inside the connectivity")
     return data[FRAME.size : end], data[end:], whole

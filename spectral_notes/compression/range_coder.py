@@ -8,8 +8,7 @@ written or read. Where a carry could still run through bytes already written, th
 from __future__ import annotations
 
 MASK, TOP, BOTTOM = (1 << 32) - 1, 1 << 24, 1 << 16
-LIMIT = 1 << 13  # total count at which a table forgets half
-STEP = 24  # what one occurrence adds to a count
+LIMIT, STEP = 1 << 13, 24  # the total count at which a table forgets half; what one occurrence adds to a count
 MAX_BITS = 62  # longest integer; a hostile stream cannot ask for more
 
 
@@ -76,31 +75,24 @@ class Coder:
         code = self.unsigned(2 * value - 1 if value > 0 else -2 * value)
         return (code + 1) // 2 if code % 2 else -(code // 2)
 
-    def finish(self) -> bytes:
-        """Return the bytes written; zeros at the end of the last four are dropped, the reader supplies them."""
-        return bytes(self._out) + self._low.to_bytes(4, "big").rstrip(b"\0")
-
-
-class Table:
-    """Counts of the symbols 0 .. m-1 that follow what has been coded."""
-
-    def __init__(self, counts: list[int]) -> None:
-        self._counts, self._total = list(counts), sum(counts)
-
-    def code(self, coder: Coder, symbol: int = 0) -> int:
-        """Code a symbol and count it."""
-        counts = self._counts
-        if coder.reading:
-            place, start, symbol = coder.place(self._total), 0, 0
+    def symbol(self, counts: list[int], symbol: int = 0) -> int:
+        """Code a symbol 0 .. m-1 by the counts (m,) of those before, whose total follows them, and count it."""
+        total = counts[-1]
+        if self.reading:
+            place, start, symbol = self.place(total), 0, 0
             while place >= start + counts[symbol]:
                 start += counts[symbol]
                 symbol += 1
         else:
             start = sum(counts[:symbol])
-        coder.narrow(start, counts[symbol], self._total)
+        self.narrow(start, counts[symbol], total)
         counts[symbol] += STEP
-        self._total += STEP
-        if self._total > LIMIT:
-            self._counts = [(count + 1) >> 1 for count in counts]
-            self._total = sum(self._counts)
+        counts[-1] += STEP
+        if counts[-1] > LIMIT:
+            counts[:-1] = [(count + 1) >> 1 for count in counts[:-1]]
+            counts[-1] = sum(counts[:-1])
         return symbol
+
+    def finish(self) -> bytes:
+        """The bytes written; zeros at the end of the last four are dropped, the reader supplies them."""
+        return bytes(self._out) + self._low.to_bytes(4, "big").rstrip(b"\0")

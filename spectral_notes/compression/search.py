@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import replace
 from functools import cached_property, lru_cache
 
 import igl
@@ -11,9 +11,10 @@ import numpy as np
 
 from spectral_notes._checks import FloatArray, IntArray
 from spectral_notes.compression import connectivity as draco
-from spectral_notes.compression.bases import Level, hierarchy
+from spectral_notes.compression.bases import Domain
+from spectral_notes.compression.coefficients import Tables, code_block, quantise
 from spectral_notes.compression.file_format import Place, front, pack
-from spectral_notes.compression.positions import Encoder, Head, corrected
+from spectral_notes.compression.positions import Head, chosen, code_of, corrected
 from spectral_notes.compression.range_coder import Coder
 from spectral_notes.geometry.mesh_distances import surface_error
 from spectral_notes.meshes import TriangleMesh
@@ -24,35 +25,22 @@ FINEST = 22  # bits a coordinate that Draco's float32 can carry
 Found = list[tuple[bytes, float]]  # files and their errors
 
 
-@dataclass(frozen=True)
-class Target:
-    """What the file must meet; errors in percent of the diagonal. The rate counts where no error is given."""
-
-    error: float | None
-    rate: float
-    bound: float | None
-
-    @property
-    def guess(self) -> float:
-        """About the error, as a fraction of the diagonal."""
-        return 0.2 * 2.0 ** -min(self.rate, 20.0) if self.error is None else min(self.error / 100, 0.2)
-
-
 class Job:
-    """A mesh in the decoder's numbering, centred and of size one, with the measure of error that was asked for."""
+    """A mesh as the decoder numbers it, centred and of size one, and what to meet: errors in percent, or a rate."""
 
-    def __init__(self, mesh: TriangleMesh, quality: str, target: Target) -> None:
+    def __init__(self, mesh: TriangleMesh, quality: int, goal: float | None, rate: float, bound: float | None) -> None:
         self.connectivity = draco.encode_connectivity(mesh.faces, mesh.n_vertices)
         self.place = Place.of(mesh.vertices)
         self.faces, self.moved = mesh.faces, self.place.shrink(mesh.vertices)
         self.x = self.moved[self.connectivity.order]
         self.diagonal = float(np.linalg.norm(np.ptp(self.x, axis=0)))
-        self.quality, self.target = QUALITIES.index(quality), target
+        self.quality, self.goal, self.rate, self.bound = quality, goal, rate, bound
+        self.guess = 0.2 * 2.0 ** -min(rate, 20.0) if goal is None else min(goal / 100, 0.2)  # of the error, about
 
     @cached_property
-    def levels(self) -> list[Level]:
+    def domain(self) -> Domain:
         """The bases that follow from the faces."""
-        return hierarchy(self.connectivity.faces, len(self.x))
+        return Domain(self.connectivity.faces, len(self.x))
 
     def error(self, x: FloatArray) -> float:
         """Error in percent of the diagonal of decoded positions."""
@@ -63,47 +51,47 @@ class Job:
 
     def far(self, x: FloatArray) -> tuple[IntArray, float]:
         """The vertices to correct and the bound: of vertices if one was asked for, else of the surfaces' distance."""
-        bound = (self.target.bound or TAIL[self.quality] * self.error(x)) / 100 * self.diagonal
-        if self.target.bound:
-            return np.flatnonzero(((self.x - x) ** 2).sum(axis=1) > (0.999 * bound) ** 2), bound
-        faces, n = self.connectivity.faces, len(x)
-        far = np.zeros(n + len(faces), dtype=bool)
-        for one, two in ((self.x, x), (x, self.x)):
-            points = np.r_[one, one[faces].mean(axis=1)]
-            far |= igl.point_mesh_squared_distance(points, two, faces)[0] > (0.999 * bound) ** 2
-        return np.union1d(np.flatnonzero(far[:n]), faces[far[n:]].ravel()), bound
+        bound, faces = (self.bound or TAIL[self.quality] * self.error(x)) / 100 * self.diagonal, self.connectivity.faces
+        gap = ((self.x - x) ** 2).sum(axis=1)
+        if not self.bound:
+            one, two = (igl.point_mesh_squared_distance(a, b, faces)[0] for a, b in ((self.x, x), (x, self.x)))
+            gap = np.maximum(one, two)
+        return np.flatnonzero(gap > (0.999 * bound) ** 2), bound
 
     def front(self, spectral: bool) -> Coder:
         """A coder that has written what comes before any position."""
-        coder = Coder()
-        front(coder, self.place, self.connectivity.mends, spectral, draco.MAX_VERTICES)
+        front(coder := Coder(), self.place, self.connectivity.mends, spectral, draco.MAX_VERTICES)
         return coder
 
     def step(self, error: Callable[[float], float], write: Callable[[float], bytes], per_error: float) -> float:
         """The step that meets the target, or 0 where none does; error and size grow and fall with it."""
-        if self.target.error is not None:
-            return meet(error, self.target.error, per_error * self.target.guess * self.diagonal)
-        size, start = draco.size_of(self.connectivity), 1 / (per_error * self.target.guess)
-        inverse = meet(lambda x: 8 * (len(write(1 / x)) - size) / len(self.x), self.target.rate, start)
+        if self.goal is not None:
+            return meet(error, self.goal, per_error * self.guess * self.diagonal)
+        size, start = draco.size_of(self.connectivity), 1 / (per_error * self.guess)
+        inverse = meet(lambda x: 8 * (len(write(1 / x)) - size) / len(self.x), self.rate, start)
         return 1 / inverse if inverse else 0.0
 
 
 def spectral_files(job: Job) -> Found:
     """The spectral file that meets the target, and its error."""
-    c, target = job.connectivity, job.target
-    encoder = Encoder(job.front(True), job.x, c.faces, job.levels, target.guess, job.quality)
+    domain, choice = job.domain, chosen(job.x, job.domain, job.guess, job.quality)
 
     @lru_cache
     def coded(unit: float) -> tuple[Head, IntArray, FloatArray, float]:
-        head, k, x = encoder.quantise(unit)
+        head = replace(choice.head, unit=code_of(unit))
+        k, value = quantise(choice.c / head.units)
+        x = head.place(domain, choice.surface, choice.frame, value)
         return head, k, x, job.error(x)
 
     @lru_cache
     def write(unit: float) -> bytes:
         head, k, x, _ = coded(unit)
-        coder = encoder.stream(head, k)
+        coder, tables = job.front(True), Tables()
+        head.code(coder)
+        code_block(coder, tables, domain.coarse.shape, choice.k)
+        code_block(coder, tables, domain.fine.shape, k)
         corrected(coder, x, job.x - x, *job.far(x))
-        return pack(c.stream, coder.finish())
+        return pack(job.connectivity.stream, coder.finish())
 
     unit = job.step(lambda unit: coded(unit)[3], write, 0.9)
     return [(write(unit), coded(unit)[3])] if unit else []
@@ -111,15 +99,16 @@ def spectral_files(job: Job) -> Found:
 
 def draco_files(job: Job) -> Found:
     """Draco's files that meet the target, and their errors; nothing where Draco loses a vertex."""
-    c, bound, goal = job.connectivity, job.target.bound, job.target.error
+    c, goal = job.connectivity, job.goal
     low, extent = job.moved.min(axis=0).astype(np.float32), float(np.ptp(job.moved, axis=0).max()) * (1 + 1e-6)
     finest = extent / (2.0**FINEST - 1)
-    coarsest = np.inf if bound is None else bound / 100 * job.diagonal * 2 * 0.99 / 3**0.5
+    coarsest = np.inf if job.bound is None else job.bound / 100 * job.diagonal * 2 * 0.99 / 3**0.5
 
     @lru_cache
     def error(step: float) -> float:
+        step = max(step, finest)
         rounded = low + np.floor((job.x - low) / step + 0.5) * step
-        return job.error(rounded.astype(np.float32).astype(np.float64)) if finest <= step <= coarsest else np.inf
+        return job.error(rounded.astype(np.float32).astype(np.float64)) if step <= coarsest else np.inf
 
     @lru_cache
     def write(step: float, level: int = draco.BEST) -> bytes:
@@ -127,7 +116,7 @@ def draco_files(job: Job) -> Found:
         stream = draco.draco_encode(job.moved, job.faces, bits, max(step, finest) * (2.0**bits - 1), low, level)
         return pack(stream, job.front(False).finish())
 
-    if len(c.first) < len(c.order):
+    if c.mends.lone:
         return []
     steps = [job.step(error, write, 1.8)]
     if goal is not None:  # Draco's own choice of a grid may be luckier
@@ -138,10 +127,7 @@ def draco_files(job: Job) -> Found:
 
 
 def meet(measure: Callable[[float], float], goal: float, start: float) -> float:
-    """Return a step whose measure is at most the goal and if possible within a percent of it, or 0 if none is found.
-
-    The measure grows with the step, roughly like a power of it.
-    """
+    """A step whose measure, about a power of it, is at most the goal and if possible within a percent; 0 if none."""
     step, best, slope, before = start, 0.0, 1.0, (0.0, 0.0)
     for _ in range(9):
         value = measure(step)
