@@ -156,6 +156,8 @@ def test_a_cube_of_tetrahedra_pushed_to_a_ball_has_bessels_zeros_at_order_two():
         vertices, tets = voxel_tetrahedra(VoxelGrid(np.ones((2 * n,) * 3, dtype=bool), (-1, -1, -1), 1 / n))
         length = np.maximum(np.linalg.norm(vertices, axis=1), 1e-15)
         pushed = vertices * (abs(vertices).max(axis=1) / length)[:, None]
+        sides = pushed[tets[:, 1:]] - pushed[tets[:, :1]]
+        assert (abs(np.linalg.det(sides)) / 6 > 0.02 * np.linalg.norm(sides, axis=2).max(axis=1) ** 3).all()  # none is flat
         evals = compute_eigenbasis(*tetrahedral_laplacian(pushed, tets, mass="full"), 9).evals
         return np.array([evals[1:4].mean(), evals[4:9].mean()]) / zeros**2 - 1
 
