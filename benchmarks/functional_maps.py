@@ -2,7 +2,7 @@
 
     python benchmarks/functional_maps.py [--pairs tuned|reported] [--methods "ours 0" ...] [--result FILE]
     python benchmarks/functional_maps.py --set faust|scape|shrec19|tosca --folder FOLDER [--number 20]
-    python benchmarks/functional_maps.py --more together|large --result FILE
+    python benchmarks/functional_maps.py --together --result FILE
 
 For each pair and method: the mean geodesic error over the square root of the area and its standard error, at sampled
 vertices; the share of them that is off by more than 0.2, as on a flipped limb; the area that lands right side up; the
@@ -10,7 +10,7 @@ doubt; the seconds beside pyFM's. Methods are pyFM (landmarks, ZoomOut to 100 mo
 term) and `match_shapes`, with five landmarks, three, and none; and none once more with all candidates near the true map
 taken away, so that the doubt has wrong maps to find. Results are kept as JSON and not run again: with three landmarks,
 none, and astray in `functional_maps.json`; with five beside pyFM in `functional_maps_more.json`, with eight persons
-at once and two meshes of 100,000 vertices (`--more`).
+at once (`--together`).
 Which persons were tuned on and which are only reported was fixed before the first run, in `tuned_and_reported.json`.
 The public sets are read from a folder of your own, in the layout in which they are published; see `published_pairs`.
 """
@@ -20,21 +20,16 @@ from __future__ import annotations
 import argparse
 import itertools
 import json
-import multiprocessing
 import os
-import resource
 import time
 from collections.abc import Callable, Iterator, Sequence
-from concurrent.futures import ProcessPoolExecutor
 from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
 from typing import Any
 
-import igl
 import numpy as np
 import scipy.sparse as sp
-from scipy.spatial import cKDTree
 from threadpoolctl import threadpool_limits
 
 from spectral_notes import compute_eigenbasis, cotan_laplacian, shapes
@@ -261,7 +256,7 @@ def measure(pair: Pair, methods: list[str]) -> dict[str, dict[str, Any]]:
             for method, one in found.items()}
 
 
-# --- several shapes at once, and large ones -------------------------------------------------------------------------
+# --- several shapes at once -----------------------------------------------------------------------------------------
 
 
 def together(names: Sequence[str] = shapes.PERSONS, n_parts: int = 8) -> dict[str, float]:
@@ -300,33 +295,6 @@ def together(names: Sequence[str] = shapes.PERSONS, n_parts: int = 8) -> dict[st
         "error_consistent": round(float(np.mean(gaps["consistent"])), 4),
         "seconds": round(time.process_time() - start, 1),
     }
-
-
-def large(n_vertices: int = 100_000, k: int = 200) -> dict[str, float]:
-    """Two poses of a person at about so many vertices, of different triangles: `fast`, in a process of its own.
-
-    Light copies are subdivided twice, so that the truth is known; the error is taken through space, at all vertices.
-    """
-    name, poses, meshes, at_rest = SPLIT["persons"]["tuned_on"][0], ("stand", "walk"), [], []
-    for pose, share in zip(poses, (1.0, 0.9), strict=True):
-        light, P = shapes.coarse_copy(shapes.person(name, "stand"), int(share * n_vertices / 16))
-        for place, body in ((meshes, P @ shapes.person(name, pose).vertices), (at_rest, light.vertices)):
-            place.append(TriangleMesh(*igl.upsample(body, np.asarray(light.faces), 2)))
-    with ProcessPoolExecutor(1, mp_context=multiprocessing.get_context("spawn")) as pool:
-        p2p_21, seconds, mebibytes = pool.submit(_run_large, *meshes, k).result()
-    true_21 = cKDTree(at_rest[0].vertices).query(at_rest[1].vertices)[1]
-    gaps = np.linalg.norm(meshes[0].vertices[p2p_21] - meshes[0].vertices[true_21], axis=1)
-    sizes = {f"n_{i}": mesh.n_vertices for i, mesh in enumerate(meshes, start=1)}
-    error = float(gaps.mean() / np.sqrt(meshes[0].area))
-    return sizes | {"k": k, "seconds": round(seconds, 1), "peak_MiB": round(mebibytes), "error": round(error, 4)}
-
-
-def _run_large(mesh_1: TriangleMesh, mesh_2: TriangleMesh, k: int) -> tuple[np.ndarray, float, float]:
-    """The map, seconds of processor time, and the most memory that the process held."""
-    start = time.process_time()
-    with threadpool_limits(limits=1):
-        p2p_21 = match_shapes(mesh_1, mesh_2, k=k, fast=True).p2p_21
-    return p2p_21, time.process_time() - start, resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024
 
 
 def beside_pyfm(rows: dict[str, dict[str, Any]]) -> list[str]:
@@ -370,18 +338,18 @@ def main() -> None:
     parser.add_argument("--folder", type=Path, help="where the public set lies")
     parser.add_argument("--number", type=int, help="how many pairs of it")
     parser.add_argument("--result", type=Path, default=HERE / "functional_maps.json")
-    parser.add_argument("--more", choices=["together", "large"], help="several shapes at once, or large ones")
+    parser.add_argument("--together", action="store_true", help="eight persons at once instead of pairs")
     arguments = parser.parse_args()
     if arguments.set and not arguments.folder:
         parser.error("--set needs --folder, where you keep it")
     group = arguments.set or arguments.pairs
     pairs = published_pairs(group, arguments.folder, arguments.number) if arguments.set else own_pairs(group)
     results = json.loads(arguments.result.read_text()) if arguments.result.exists() else {}
-    if arguments.more:
+    if arguments.together:
         with threadpool_limits(limits=1):
-            results[arguments.more] = {"together": together, "large": large}[arguments.more]()
+            results["together"] = together()
         store(arguments.result, results)
-        print(results[arguments.more])
+        print(results["together"])
         return
     rows = results.setdefault(group, {})
     for name, build in pairs:

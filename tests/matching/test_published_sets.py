@@ -89,3 +89,22 @@ def test_only_as_many_pairs_as_wanted_and_none_in_an_empty_folder(benchmark: Mod
     names = [name for name, _ in benchmark.published_pairs("tosca", tmp_path)]
     assert names == ["tosca cat0 -> cat1", "tosca cat1 -> cat2", "tosca cat2 -> cat10"]
     assert len(list(benchmark.published_pairs("tosca", tmp_path, 2))) == 2
+
+
+def test_the_page_says_what_the_benchmark_kept(benchmark: ModuleType) -> None:
+    page = (SCRIPT.parents[1] / "docs/decisions/0103-maps-beside-pyfm.md").read_text()
+    five = json.loads((SCRIPT.parent / "functional_maps_more.json").read_text())["reported"]
+    three = {name: row["ours 3"]["error"] for name, row in json.loads((SCRIPT.parent / "functional_maps.json").read_text())["reported"].items()}
+    lines = benchmark.beside_pyfm(five)
+    assert lines and all(line in page for line in lines)
+    over = {name: three[name] / row["ours 5"]["error"] for name, row in five.items()}
+    assert [name for name, ratio in over.items() if ratio > 1.1] == ["goat rest -> look"]
+    assert [name for name, row in five.items() if benchmark.is_wrong(row["ours 5"])] == ["person strong walk -> short reach"]
+
+
+def test_eight_persons_at_once_agree_better_than_each_alone() -> None:
+    found = json.loads((SCRIPT.parent / "functional_maps_more.json").read_text())["together"]
+    page = (SCRIPT.parents[1] / "docs/decisions/0103-maps-beside-pyfm.md").read_text()
+    told = [f"{found[name]:.4f}".lstrip("0") for name in ("agreement_alone", "agreement_jointly", "cycle_error", "error_matched", "error_consistent")]
+    assert found["persons"] == 8 and all(number in page for number in told)
+    assert found["agreement_jointly"] > 0.95 > found["agreement_alone"] and found["cycle_error"] < 0.02
