@@ -24,7 +24,7 @@
     let nFold = 1;
     let placed = []; // { vertex, from, angle }: the last one is under the slider
     let columns = new Map(); // vertex -> the field of a unit load there, as long as kind and time stay
-    let field;
+    let field, apply;
 
     lab.choice("Field of", Object.keys(KINDS), (i) => {
       nFold = Object.values(KINDS)[i];
@@ -51,7 +51,7 @@
     const power = ({ angle }) => [Math.cos(nFold * angle), Math.sin(nFold * angle)];
 
     function comb() {
-      const apply = numerics.heatStep(shape, nFold, timeAt(+time.value));
+      apply ??= numerics.heatStep(shape, nFold, timeAt(+time.value));
       for (const { vertex } of placed) {
         const load = new Float64Array(2 * n);
         load[vertex] = 1;
@@ -72,8 +72,8 @@
     const update = lab.steps(
       () => {
         comb();
-        const slack = numerics.heatStep(shape, nFold, 1)(field).map((value, i) => value - shape.mass[i % n] * field[i]);
-        return { indices: numerics.fieldIndices(shape, nFold, field), spent: numerics.dot(field, slack) };
+        const differs = apply(field).map((value, i) => value - shape.mass[i % n] * field[i]); // t L z
+        return { indices: numerics.fieldIndices(shape, nFold, field), spent: numerics.dot(field, differs) / timeAt(+time.value) };
       },
       ({ indices, spent }) => {
         const unit = nFold > 1 ? `1/${nFold}` : "1";
@@ -111,6 +111,7 @@
 
     /** Solve anew, from what was there before. */
     function again() {
+      apply = null;
       for (const column of columns.values()) column.whole = false;
       update();
     }

@@ -251,11 +251,12 @@
 
   // How many turns, in units of one n-th, an n-fold field makes round each face beyond its transport.
   function fieldIndices({ n, faces, turns, holonomy }, nFold, z) {
+    const angles = Float64Array.from({ length: n }, (_, i) => Math.atan2(z[n + i], z[i]));
     return Float32Array.from(holonomy, (whole, t) => {
       let sum = nFold * whole;
       for (let c = 0; c < 3; c++) {
         const [i, j] = [faces[3 * t + c], faces[3 * t + ((c + 1) % 3)]];
-        const step = Math.atan2(z[n + j], z[j]) - Math.atan2(z[n + i], z[i]) - nFold * turns[3 * t + c];
+        const step = angles[j] - angles[i] - nFold * turns[3 * t + c];
         sum += step - 2 * Math.PI * Math.round(step / (2 * Math.PI));
       }
       return Math.round(sum / (2 * Math.PI));
