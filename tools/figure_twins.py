@@ -52,11 +52,29 @@ def on_dark(pixels: Pixels) -> Pixels:
 def dark(picture: Image.Image, boxes: Sequence[Sequence[float]]) -> Image.Image:
     """Return the twin of a figure for the dark theme; `boxes` are the shares of the picture that show surfaces."""
     pixels = np.asarray(picture.convert("RGB")) / 255
-    made = turned_greys(pixels)
+    made, rest = turned_greys(pixels), pixels.copy()
     for box in boxes:
         left, top, right, bottom = _corners(picture, box)
         made[top:bottom, left:right] = on_dark(pixels[top:bottom, left:right])
+        rest[top:bottom, left:right] = 1.0
+    for bar in color_bars(rest) if boxes else ():
+        made[bar] = pixels[bar]  # the colours of the surfaces, which stay
     return Image.fromarray(np.rint(255 * made).astype(np.uint8))
+
+
+def color_bars(pixels: Pixels) -> list[tuple[slice, slice]]:
+    """Return where the lying colour bars of a picture are: many colours in full rows, long and low."""
+    pieces, _ = ndimage.label(pixels.min(axis=-1) < 0.985)
+    found = []
+    for k, (rows, columns) in enumerate(ndimage.find_objects(pieces), 1):
+        if columns.stop - columns.start > 0.2 * pixels.shape[1]:
+            inked = ndimage.binary_fill_holes(pieces[rows, columns] == k)
+            full = rows.start + np.flatnonzero(inked.mean(axis=1) > 0.95)
+            bar = slice(full.min(initial=rows.stop), full.max(initial=rows.start - 1) + 1), columns
+            high, wide = pixels[bar].shape[:2]
+            if 4 <= high <= wide / 8 and np.ptp(pixels[bar], axis=-1).max() > 0.3:
+                found.append(bar)
+    return found
 
 
 def _corners(picture: Image.Image, box: Sequence[float]) -> tuple[int, int, int, int]:

@@ -39,6 +39,20 @@ def test_a_surface_keeps_its_colours_on_a_dark_ground_and_its_holes_are_ground()
     assert (rim.min(axis=1) > 100).sum() == 0, "a white rim is left"
 
 
+def test_a_colour_bar_keeps_the_colours_of_its_surfaces_and_its_label_is_turned():
+    picture, boxes = drawing(2)
+    draw = ImageDraw.Draw(picture)
+    draw.rectangle((140, 260, 260, 270), fill="white", outline="black")
+    draw.rectangle((141, 261, 180, 269), fill=(103, 0, 31))
+    draw.rectangle((220, 261, 259, 269), fill=(5, 48, 97))
+    draw.line((200, 270, 200, 274), fill="black")  # a tick
+    draw.rectangle((190, 280, 210, 290), fill="black")  # its label
+    pixels = np.asarray(figure_twins.dark(picture, boxes))
+    assert [tuple(pixels[265, x]) for x in (150, 200, 240)] == [(103, 0, 31), (255, 255, 255), (5, 48, 97)]
+    assert pixels[285, 200].min() > 200 and pixels[250, 200].max() < 30
+    assert np.asarray(figure_twins.dark(picture, []))[265, 200].max() < 30, "a figure of curves is turned whole"
+
+
 def test_narrow_windows_stack_the_panels():
     picture, boxes = drawing(7)
     assert figure_twins.columns_when_narrow(picture.width, boxes) == 3
