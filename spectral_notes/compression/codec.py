@@ -76,9 +76,12 @@ def encode(
 
     Returns
     -------
-    bytes: the file. `decode` reads it. Raises TypeError or ValueError if not exactly one of `error` and
-    `bits_per_vertex` is given, a number is out of range, the mesh has no extent, or no file of the codec meets the
-    target (Draco merges vertices that coincide, and carries 22 bits).
+    bytes: the file. `decode` reads it.
+
+    Raises
+    ------
+    ValueError
+        If no file of the codec meets the target: Draco merges vertices that coincide, and carries 22 bits.
 
     References
     ----------
@@ -135,8 +138,12 @@ def decode(data: bytes, *, progressive: bool = False, max_vertices: int = MAX_VE
 
     Returns
     -------
-    With the faces that were encoded, numbered as `renumbered` says. Raises TypeError if `data` is not bytes; ValueError
-    if they are not a whole, unchanged file of this format, or hold more vertices than allowed.
+    With the faces that were encoded, numbered as `renumbered` says.
+
+    Raises
+    ------
+    ValueError
+        If the bytes are not a whole, unchanged file of this format, or hold more vertices than allowed.
 
     Examples
     --------
@@ -190,7 +197,7 @@ def describe(data: bytes) -> FileSummary:
 
     Returns
     -------
-    FileSummary: codec, sizes, and how many bytes are connectivity. Raises TypeError or ValueError as `decode`.
+    FileSummary: codec, sizes, and how many bytes are connectivity.
 
     Examples
     --------

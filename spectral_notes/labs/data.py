@@ -93,7 +93,7 @@ def surface_data(mesh: TriangleMesh, k: int, *, in_bytes: bool = False) -> LabDa
 
     Returns
     -------
-    The data. Raises ValueError if the mesh has too many vertices, or fewer than k.
+    The data.
     """
     as_count("mesh's number of vertices", mesh.n_vertices, k, MAX_VERTICES)
     mesh = in_unit_area(mesh)

@@ -41,8 +41,7 @@ def lab(name: str, *meshes: TriangleMesh, k: int | None = None, p2p_21: ArrayLik
 
     Returns
     -------
-    The page. Raises TypeError or ValueError if the name is none of these, the meshes are not as many as the lab needs,
-    or cannot be simplified.
+    The page.
 
     Examples
     --------

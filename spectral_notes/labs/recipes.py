@@ -38,8 +38,7 @@ def map_data(mesh_1: TriangleMesh, mesh_2: TriangleMesh, p2p_21: ArrayLike, k: i
 
     Returns
     -------
-    The data. Raises TypeError or ValueError if the point map has not one vertex of the first surface for each vertex of
-    the second.
+    The data.
 
     Examples
     --------
@@ -86,7 +85,7 @@ def parts_data(poses: Sequence[TriangleMesh], counts: Sequence[int], *, d: int =
 
     Returns
     -------
-    The data. Raises ValueError if the faces of the poses differ, or a count is not between 1 and 12.
+    The data.
 
     Examples
     --------

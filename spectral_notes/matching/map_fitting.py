@@ -33,7 +33,7 @@ def point_descriptors(basis: Eigenbasis, landmarks: ArrayLike = (), *, n_each: i
 
     Returns
     -------
-    (n, (1 + q) n_each): pointwise. Raises TypeError or ValueError if a landmark is no vertex, or n_each is below 2.
+    (n, (1 + q) n_each): pointwise.
 
     Examples
     --------
@@ -77,7 +77,7 @@ def multiplications(basis: Eigenbasis, functions: ArrayLike) -> list[FloatArray]
 
     Returns
     -------
-    p arrays (k, k), one for each function. Raises TypeError or ValueError if the functions do not fit the basis.
+    p arrays (k, k), one for each function.
 
     Examples
     --------
@@ -108,7 +108,7 @@ def rotations(mesh: TriangleMesh, basis: Eigenbasis, functions: ArrayLike) -> li
 
     Returns
     -------
-    p arrays (k, k), one for each function. Raises TypeError or ValueError if the functions do not fit the mesh.
+    p arrays (k, k), one for each function.
 
     Examples
     --------
@@ -154,8 +154,7 @@ def fit_functional_map(
 
     Returns
     -------
-    C_12 (k2, k1). Raises TypeError or ValueError if the descriptors do not fit the shapes or each other, or a weight is
-    negative.
+    C_12 (k2, k1).
 
     Examples
     --------

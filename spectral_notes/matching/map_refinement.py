@@ -26,8 +26,7 @@ def icp(basis_1: Eigenbasis, basis_2: Eigenbasis, C_12: ArrayLike, *, n_rounds: 
 
     Returns
     -------
-    (k2, k1): C_12 with C_12^T C_12 = I (or C_12 C_12^T = I) times area 2 / area 1. Raises TypeError or ValueError if
-    the matrix does not fit the bases.
+    (k2, k1): C_12 with C_12^T C_12 = I (or C_12 C_12^T = I) times area 2 / area 1.
 
     Examples
     --------
@@ -66,7 +65,7 @@ def zoomout(
 
     Returns
     -------
-    C_12 (k, k). Raises TypeError or ValueError if the matrix does not fit the bases, or k is below its size.
+    C_12 (k, k).
 
     Examples
     --------
@@ -104,8 +103,7 @@ def bijective_zoomout(
 
     Returns
     -------
-    C_12, C_21 (k, k): functional maps from 1 to 2 and from 2 to 1. Raises TypeError or ValueError if the matrices are
-    not square and of equal size, or do not fit the bases, or there are fewer samples than modes.
+    C_12, C_21 (k, k): functional maps from 1 to 2 and from 2 to 1.
 
     Examples
     --------

@@ -33,8 +33,12 @@ def shared_functions(bases: Sequence[Eigenbasis], maps: Maps, k: int | None = No
 
     Returns
     -------
-    n arrays (k_i, k) of coefficients; column by column the same function, from smooth to rough. Raises TypeError or
-    ValueError if a map does not fit its bases, the maps do not join the shapes, or k is out of range.
+    n arrays (k_i, k) of coefficients; column by column the same function, from smooth to rough.
+
+    Raises
+    ------
+    ValueError
+        If the maps do not join the shapes.
 
     Examples
     --------
@@ -87,7 +91,7 @@ def shared_embedding(
     Returns
     -------
     n arrays (n_i, d), without unit. `nearest_rows` of two is a point map; `spectral_clusters` of all cuts all shapes at
-    once. Raises TypeError or ValueError if the coefficients do not fit the bases, or d is out of range.
+    once.
 
     Examples
     --------
@@ -119,7 +123,7 @@ def consistent_maps(bases: Sequence[Eigenbasis], maps: Maps, *, n_rounds: int = 
 
     Returns
     -------
-    For pairs (i, j) a vertex of i for each vertex of j. Raises TypeError or ValueError as for `shared_functions`.
+    For pairs (i, j) a vertex of i for each vertex of j.
 
     Examples
     --------
@@ -156,7 +160,7 @@ def cycle_error(meshes: Sequence[TriangleMesh], maps: Mapping[tuple[int, int], A
 
     Returns
     -------
-    0 for maps that agree. Raises TypeError or ValueError if a map does not fit, or there are fewer than three shapes.
+    0 for maps that agree.
 
     Examples
     --------

@@ -51,7 +51,7 @@ def match_part(
 
     Returns
     -------
-    The map, the overlap, and the doubt of the last round. Raises TypeError or ValueError as `match_shapes` does.
+    The map, the overlap, and the doubt of the last round.
 
     Examples
     --------
@@ -90,7 +90,6 @@ def cut_mesh(mesh: TriangleMesh, keep: ArrayLike) -> tuple[TriangleMesh, NDArray
     Returns
     -------
     part: the piece with most faces, its vertices in their old order; kept (n,) bool: which vertices of the mesh it has.
-    Raises ValueError if `keep` does not say yes or no of each vertex, or leaves no face.
 
     Examples
     --------

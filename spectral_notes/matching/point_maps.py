@@ -29,7 +29,6 @@ def precise_map(mesh_1: TriangleMesh, basis_1: Eigenbasis, basis_2: Eigenbasis, 
     Returns
     -------
     P_21 (n2, n1), sparse: weights from 0 to 1, at most three in a row, that sum to one. `P_21 @ f_1` is f_1 on shape 2.
-    Raises TypeError or ValueError if the matrix does not fit the bases, or the basis not the mesh.
 
     Examples
     --------
@@ -76,7 +75,7 @@ def orientation_score(mesh_1: TriangleMesh, mesh_2: TriangleMesh, p2p_21: ArrayL
 
     Returns
     -------
-    From 0 to 1; 0 also if every face falls on a line. Raises TypeError or ValueError if the map does not fit.
+    From 0 to 1; 0 also if every face falls on a line.
 
     Examples
     --------
@@ -108,8 +107,7 @@ def geodesic_errors(mesh_1: TriangleMesh, p2p_21: ArrayLike, true_21: ArrayLike)
 
     Returns
     -------
-    (p,) or (q, p): distances without unit; infinite on another component. Raises TypeError or ValueError if the images
-    are no vertices of shape 1, or not as many as true ones.
+    (p,) or (q, p): distances without unit; infinite on another component.
 
     Examples
     --------

@@ -111,8 +111,12 @@ def match_shapes(
 
     Returns
     -------
-    The map, its orientation score, and its doubt. Raises TypeError or ValueError if a landmark is no vertex, a shape is
-    not connected, `up` is zero, or a number is out of range.
+    The map, its orientation score, and its doubt.
+
+    Raises
+    ------
+    ValueError
+        If a shape is not connected.
 
     Examples
     --------
@@ -147,8 +151,7 @@ def isometry_defect(C_12: ArrayLike) -> float:
 
     Returns
     -------
-    0 for an isometry, about 0.1 for poses of one body, 1 for the zero map. Raises TypeError or ValueError if it is no
-    matrix of numbers.
+    0 for an isometry, about 0.1 for poses of one body, 1 for the zero map.
 
     Examples
     --------
