@@ -114,7 +114,7 @@ $(STAMPS)/test: $(READY) $(BOOK) $(LIBRARY) $(TOOLS) $(TESTS)
 	@mkdir -p $(STAMPS) && touch $@
 
 $(STAMPS)/browser: $(STAMPS)/book-full $(TESTS)
-	SPECTRAL_NOTES_BROWSER=required $(PY) -m pytest -r R --reruns 1 tests/browser
+	SPECTRAL_NOTES_BROWSER=required $(PY) -m pytest -n $(JOBS) --dist worksteal -r R --reruns 1 tests/browser
 	@mkdir -p $(STAMPS) && touch $@
 
 $(STAMPS)/lint: $(READY) $(NOTEBOOKS) $(LIBRARY) $(TOOLS) $(TESTS)

@@ -11,6 +11,7 @@ pointer, not by every press of Tab. Without a script, the page is light.
 from __future__ import annotations
 
 import json
+import os
 import re
 from collections.abc import Callable
 from pathlib import Path
@@ -90,7 +91,7 @@ def write_light_files(app: Sphinx, error: Exception | None) -> None:
     for source in (folder / "_images").glob("*.png"):
         light = source.with_suffix(".webp")
         boxes, colours, stacked = app.__dict__.get("figure_twins", {}).get(source.stem, ([], True, False))
-        if light.exists() and light.stat().st_mtime >= source.stat().st_mtime:
+        if light.exists() and light.stat().st_mtime >= max(map(os.path.getmtime, (source, figure_twins.__file__))):
             continue
         with Image.open(source) as opened:
             picture = opened.convert("RGB")
