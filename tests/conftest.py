@@ -4,8 +4,12 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from hypothesis import settings
 
 from spectral_notes.meshes import TriangleMesh
+
+settings.register_profile("on any machine", deadline=None)  # no example fails for the time it takes
+settings.load_profile("on any machine")
 
 
 @pytest.fixture

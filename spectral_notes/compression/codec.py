@@ -109,9 +109,10 @@ def encode(
     for data, _ in sorted(files, key=lambda file: (0.0 if error else file[1], len(file[0]))):
         if _reads_back(data, job):
             return data
-    wish, other = "bits_per_vertex" if error is None else "error", "" if codec == "auto" else ", or for 'auto'"
+    wish, remedy = ("bits_per_vertex", "allow more, or give an error") if error is None else ("error", "ask for less")
+    other = "" if codec == "auto" else ", or take 'auto'"
     raise ValueError(
-        f"codec {codec!r} cannot meet {wish} on this mesh: ask for less{other} "
+        f"codec {codec!r} cannot meet {wish} on this mesh: {remedy}{other} "
         "(Draco merges vertices that coincide, drops those without a face, and keeps 22 bits a coordinate)"
     )
 

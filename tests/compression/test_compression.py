@@ -181,8 +181,11 @@ TARGETS = [
     st.sampled_from([1e-60, 1e-7, 1.0, 1e5, 1e40]),
 )
 def test_any_mesh_round_trips_at_any_place_in_any_unit(mesh, target, codec, place, unit):
-    """Places are counted in sizes of the mesh; what double precision cannot hold there is not asked for."""
-    if place and target.get("error", 1.0) < 1e-4:
+    """Places are counted in sizes of the mesh; what double precision cannot hold there is not asked for.
+
+    A place alone takes some thirty bytes, which 64 bits for each of a few vertices do not hold.
+    """
+    if place and (target.get("error", 1.0) < 1e-4 or ("bits_per_vertex" in target and mesh.n_vertices < 8)):
         target = {"error": 1e-4}
     moved = TriangleMesh((mesh.vertices + place * diagonal(mesh)) * unit, mesh.faces)
     data = encode(moved, codec=codec, **target)
