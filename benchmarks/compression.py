@@ -161,7 +161,7 @@ def row(mesh: TriangleMesh, kg: KarniGotsman, bits: int, quality: str) -> dict[s
         "spectral": spectral, "auto": min(spectral, second), "encode s": seconds, "decode s": seconds_back,
         "hausdorff": hausdorff_error(original, ours) / hausdorff_error(original, theirs),
         "normals": normal_deviation(original, ours) / normal_deviation(original, theirs),
-    }  # fmt: skip
+    }
 
 
 def uniform() -> dict[str, Any]:
@@ -190,7 +190,7 @@ PARTS: dict[str, dict[str, Any]] = {
     "no trellis": uniform(),
     "path by error alone": {"coefficients.TRADE": 0.0},
     "no corrections": {"search.TAIL": (np.inf, np.inf)},
-}  # fmt: skip
+}
 ROOMS = {"bases": bases, "coefficients": coefficients, "positions": positions, "search": search}
 
 
@@ -223,7 +223,7 @@ def keep(report: dict[str, Any]) -> None:
     report["environment"] = {
         "date": datetime.date.today().isoformat(), "machine": platform.machine(), "python": platform.python_version(),
         **{name: importlib.metadata.version(name) for name in packages},
-    }  # fmt: skip
+    }
     FILE.write_text(json.dumps(report, indent=1) + "\n")
 
 

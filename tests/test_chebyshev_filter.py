@@ -31,7 +31,7 @@ def test_it_is_the_filter_of_the_modes(pair):
         )
 
 
-@settings(max_examples=30, deadline=None)
+@settings(max_examples=30)
 @given(st.lists(st.floats(-2, 2), min_size=1, max_size=6), st.integers(0, 3))
 def test_a_polynomial_is_met_exactly_from_its_degree_on(coefficients, more):
     L, degree = PAIR[0].toarray(), len(coefficients) - 1
@@ -40,14 +40,14 @@ def test_a_polynomial_is_met_exactly_from_its_degree_on(coefficients, more):
     np.testing.assert_allclose(u, exact, atol=1e-9 * max(1.0, np.abs(exact).max()))
 
 
-@settings(max_examples=30, deadline=None)
+@settings(max_examples=30)
 @given(st.integers(0, 12), st.integers(0, 24))
 def test_a_value_is_felt_as_many_edges_far_as_the_degree(degree, start):
     u = chebyshev_filter(*graph_laplacian(path_graph(25)), np.eye(25)[start], lambda x: np.exp(-x), degree)
     assert (u[abs(np.arange(25) - start) > degree] == 0).all()
 
 
-@settings(max_examples=20, deadline=None)
+@settings(max_examples=20)
 @given(st.floats(0.1, 10.0), st.permutations(range(60)))
 def test_scale_and_order_of_the_vertices_make_no_difference(scale, order):
     u = chebyshev_filter(*PAIR, F, lambda x: np.exp(-x), 30)

@@ -53,7 +53,7 @@ def test_inside_a_plane_cloud_the_stars_are_the_delaunay_triangulation():
     assert abs((L - L_plane)[inside]).max() < 1e-9 and abs((M - M_plane)[inside]).max() < 1e-12
 
 
-@settings(max_examples=25, deadline=None)
+@settings(max_examples=25)
 @given(st.integers(0, 2**31), st.floats(-1e3, 1e3), st.floats(-8, 8))
 def test_motion_and_units_change_nothing(seed, away, unit):
     points = random_sphere(200, seed) * [1.0, 0.7, 0.4]
@@ -66,7 +66,7 @@ def test_motion_and_units_change_nothing(seed, away, unit):
     assert abs(M - M_moved / scale**2).max() < precision * M.max()
 
 
-@settings(max_examples=25, deadline=None)
+@settings(max_examples=25)
 @given(st.integers(0, 2**31))
 def test_numbering_changes_nothing(seed):
     points, order = random_sphere(150, seed), np.random.default_rng(seed).permutation(150)

@@ -182,7 +182,7 @@ def test_weight_two_is_two_copies() -> None:
 # --- seeds ----------------------------------------------------------------------------------------------------------
 
 
-@settings(max_examples=30, deadline=None)
+@settings(max_examples=30)
 @given(st.integers(1, 6), st.integers(0, 10_000))
 def test_farthest_seeds_cover_as_well_as_twice_the_best(n_seeds: int, seed: int) -> None:
     rows = np.random.default_rng(seed).normal(size=(30, 2))
@@ -228,7 +228,7 @@ def test_cut_agrees_with_networkx() -> None:
     assert clustering.normalized_cut(*graph_laplacian(W, mass="degree"), labels) == pytest.approx(theirs)
 
 
-@settings(max_examples=40, deadline=None)
+@settings(max_examples=40)
 @given(st.lists(st.integers(0, 3), min_size=26, max_size=26))
 def test_no_cut_is_below_the_sum_of_eigenvalues(labels: list[int]) -> None:
     W, _ = cliques(12, 8, 6)

@@ -32,7 +32,7 @@ def test_path_and_ring_are_those_of_networkx():
         np.testing.assert_array_equal(ours.toarray(), nx.to_numpy_array(theirs))
 
 
-@settings(max_examples=25, deadline=None)
+@settings(max_examples=25)
 @given(st.integers(5, 40), st.integers(1, 4), st.integers(0, 2**32 - 1))
 def test_neighbour_graph_joins_each_point_to_its_nearest(n, n_neighbors, seed):
     points = np.random.default_rng(seed).standard_normal((n, 2))

@@ -89,7 +89,7 @@ def test_interval_mass_is_the_trapezoid_rule():
 # -- graphs ------------------------------------------------------------------------------------------------------------
 
 
-@settings(max_examples=30, deadline=None)
+@settings(max_examples=30)
 @given(st.integers(2, 30), st.integers(0, 2**32 - 1))
 def test_graph_laplacian_agrees_with_scipy_and_networkx(n, seed):
     rng = np.random.default_rng(seed)
@@ -240,7 +240,7 @@ def test_flat_torus_has_its_closed_form_spectrum_in_the_limit():
     assert np.log2(error(8) / error(16)) > 1.9
 
 
-@settings(max_examples=25, deadline=None)
+@settings(max_examples=25)
 @given(st.integers(0, 2**32 - 1), st.sampled_from([1e-6, 1.0, 1e6]), st.sampled_from(["lumped", "full"]))
 def test_laws_of_tetrahedra_however_they_lie(seed, scale, mass):
     rng = np.random.default_rng(seed)

@@ -24,7 +24,7 @@ from spectral_notes import (
 )
 from spectral_notes.meshes import corner_angles, euler_characteristic, face_areas
 
-FEW = settings(max_examples=25, deadline=None, suppress_health_check=list(HealthCheck))
+FEW = settings(max_examples=25, suppress_health_check=list(HealthCheck))
 
 
 @st.composite

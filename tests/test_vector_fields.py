@@ -55,7 +55,7 @@ def test_indices_of_the_smoothest_field_sum_to_the_euler_characteristic(make, n_
     assert np.count_nonzero(indices) < 0.01 * mesh.n_faces
 
 
-@settings(max_examples=15, deadline=None)
+@settings(max_examples=15)
 @given(seed=st.integers(0, 10**6), n_fold=st.integers(1, 5))
 def test_indices_of_any_field_sum_to_the_euler_characteristic(seed: int, n_fold: int) -> None:
     rng = np.random.default_rng(seed)
@@ -64,7 +64,7 @@ def test_indices_of_any_field_sum_to_the_euler_characteristic(seed: int, n_fold:
         assert field_indices(mesh, z, n_fold).sum() == pytest.approx(euler_characteristic(mesh), abs=1e-9)
 
 
-@settings(max_examples=10, deadline=None)
+@settings(max_examples=10)
 @given(seed=st.integers(0, 10**6), scale=st.floats(1e-3, 1e3))
 def test_spectrum_survives_motion_relabelling_and_scale(seed: int, scale: float) -> None:
     rng, mesh = np.random.default_rng(seed), potato(subdivisions=2)

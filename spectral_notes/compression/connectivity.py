@@ -113,7 +113,7 @@ def draco_encode(
             points.astype(np.float32), faces.astype(np.uint32), quantization_bits=bits, compression_level=level,
             quantization_range=extent, quantization_origin=origin.tolist(),
         )
-    )  # fmt: skip
+    )
     if not data.startswith(DRACO_HEADER):
         raise RuntimeError(f"this version of Draco writes another bitstream than 2.2: {data[:11]!r}")
     return data[len(DRACO_HEADER) :]

@@ -90,10 +90,6 @@ def surface_data(mesh: TriangleMesh, k: int, *, in_bytes: bool = False) -> LabDa
     mesh : the surface, at most 20,000 vertices; see `coarse_copy`
     k : how many modes, up to the number of vertices
     in_bytes : whether modes beyond the 40th take one byte a vertex
-
-    Returns
-    -------
-    The data.
     """
     as_count("mesh's number of vertices", mesh.n_vertices, k, MAX_VERTICES)
     mesh = in_unit_area(mesh)

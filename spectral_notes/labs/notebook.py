@@ -39,10 +39,6 @@ def lab(name: str, *meshes: TriangleMesh, k: int | None = None, p2p_21: ArrayLik
     k : how many modes; by default what the lab of the book has, or as many as there are vertices
     p2p_21 : (n_2,) int, for "functional-map": vertex of 2 -> vertex of 1; not needed when the two share their faces
 
-    Returns
-    -------
-    The page.
-
     Examples
     --------
     >>> from spectral_notes.shapes import egg

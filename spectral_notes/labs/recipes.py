@@ -36,10 +36,6 @@ def map_data(mesh_1: TriangleMesh, mesh_2: TriangleMesh, p2p_21: ArrayLike, k: i
     p2p_21 : (n_2,) int, vertex of 2 -> vertex of 1
     k : how many modes of each
 
-    Returns
-    -------
-    The data.
-
     Examples
     --------
     >>> from spectral_notes.shapes import egg
@@ -82,10 +78,6 @@ def parts_data(poses: Sequence[TriangleMesh], counts: Sequence[int], *, d: int =
     poses : sequence of TriangleMesh, meshes with the same faces
     counts : sequence of int, numbers of parts, in ascending order, at most 12
     d : coordinates of the embedding
-
-    Returns
-    -------
-    The data.
 
     Examples
     --------

@@ -118,6 +118,17 @@ def lab(request, visit):
         yield started
 
 
+def draw(page, chart, start, end):
+    """Draw a stroke over a chart with the pointer, between two places in shares of its size."""
+    chart.scroll_into_view_if_needed()
+    box = chart.bounding_box()
+    places = [(box["x"] + box["width"] * x, box["y"] + box["height"] * y) for x, y in (start, end)]
+    page.mouse.move(*places[0])
+    page.mouse.down()
+    page.mouse.move(*places[1], steps=5)
+    page.mouse.up()
+
+
 def numbers(lab):
     """Return all numbers that a lab shows, as text."""
     return lab.root.locator(".lab-numbers").inner_text()
@@ -350,12 +361,7 @@ def test_a_signal_is_drawn_by_pointer_and_by_keys(visit):
             page.keyboard.press("ArrowUp")
         lab.settle()
         assert lab.number("Waves heard") == 65  # an impulse holds every frequency
-        chart.scroll_into_view_if_needed()
-        box = chart.bounding_box()
-        page.mouse.move(box["x"] + box["width"] * 0.4, box["y"] + box["height"] * 0.3)
-        page.mouse.down()
-        page.mouse.move(box["x"] + box["width"] * 0.7, box["y"] + box["height"] * 0.2, steps=5)
-        page.mouse.up()
+        draw(page, chart, (0.4, 0.3), (0.7, 0.2))
         curve = lab.settle().root.locator("path.given").get_attribute("d")
         heights = [float(y) for y in re.findall(r"[ML][\d.]+ ([\d.]+)", curve)]
         assert sum(height < 90 for height in heights) > 30  # a long stroke lies high
@@ -505,12 +511,7 @@ def test_a_filter_is_drawn_and_its_polynomial_sees_as_far_as_its_degree(visit):
         page.keyboard.press("ArrowUp")
         lab.settle()
         assert lab.root.get_by_label("Its gain", exact=True).input_value() == "0.35"
-        chart.scroll_into_view_if_needed()
-        box = chart.bounding_box()
-        page.mouse.move(box["x"] + box["width"] * 0.55, box["y"] + box["height"] * 0.4)
-        page.mouse.down()
-        page.mouse.move(box["x"] + box["width"] * 0.55, box["y"] + box["height"] * 0.1, steps=4)
-        page.mouse.up()
+        draw(page, chart, (0.55, 0.4), (0.55, 0.1))
         lab.settle()
         assert lab.root.get_by_label("Knob", exact=True).input_value() == "4"
         assert float(lab.root.get_by_label("Its gain", exact=True).input_value()) == 1

@@ -463,7 +463,7 @@ ANYTHING = st.one_of(
 
 
 @each_check
-@settings(max_examples=60, deadline=None, suppress_health_check=list(HealthCheck))
+@settings(max_examples=60, suppress_health_check=list(HealthCheck))
 @given(answer=ANYTHING)
 def test_whatever_is_passed_a_verdict_comes_back(check: Callable[[object], ck.Verdict], answer: object) -> None:
     verdict = check(answer)
@@ -471,7 +471,7 @@ def test_whatever_is_passed_a_verdict_comes_back(check: Callable[[object], ck.Ve
     assert verdict.message and str(verdict)
 
 
-@settings(max_examples=25, deadline=None)
+@settings(max_examples=25)
 @given(angles=st.lists(st.floats(-3, 3), min_size=3, max_size=3), signs=st.lists(st.sampled_from([-1.0, 1.0]), min_size=9, max_size=9))
 def test_every_basis_of_a_repeated_eigenspace_passes(angles: list[float], signs: list[float]) -> None:
     a, b, c = angles

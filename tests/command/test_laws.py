@@ -16,7 +16,7 @@ from spectral_notes.files import write_mesh
 from spectral_notes.meshes import PointCloud, TriangleMesh, clean_mesh
 from spectral_notes.shapes import sphere
 
-FEW = settings(max_examples=5, deadline=None)
+FEW = settings(max_examples=5)
 SEEDS = st.integers(0, 2**32 - 1)
 MOVES = st.sampled_from([(1.0, 1e6), (1e-6, 0.0), (1e6, 0.0), (1e-6, 1.0), (1e-7, 0.0)])  # scale, then shift
 DIRECTION = np.array([1.0, -2.0, 0.5])

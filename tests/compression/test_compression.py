@@ -169,10 +169,10 @@ def random_meshes(draw) -> TriangleMesh:
 TARGETS = [
     {"error": 3.0}, {"error": 0.1}, {"error": 0.003}, {"error": 1e-6}, {"error": 1e9}, {"bits_per_vertex": 64},
     {"bits_per_vertex": 1e6}, {"error": 0.1, "max_error": 0.1}, {"error": 0.1, "quality": "surface"},
-]  # fmt: skip
+]
 
 
-@settings(max_examples=40, deadline=None, suppress_health_check=list(HealthCheck))
+@settings(max_examples=40, suppress_health_check=list(HealthCheck))
 @given(
     random_meshes(),
     st.sampled_from(TARGETS),
@@ -199,7 +199,7 @@ def test_any_mesh_round_trips_at_any_place_in_any_unit(mesh, target, codec, plac
     assert same_surface(moved, decoded, 100.0)
 
 
-@settings(max_examples=10, deadline=None)
+@settings(max_examples=10)
 @given(st.integers(0, 2**32 - 1), st.sampled_from([0.5, 0.02]))
 def test_any_winding_round_trips(seed, error):
     ball = egg(subdivisions=2)
@@ -208,7 +208,7 @@ def test_any_winding_round_trips(seed, error):
     assert same_surface(mixed, decode(encode(mixed, error=error)), error)
 
 
-@settings(max_examples=10, deadline=None)
+@settings(max_examples=10)
 @given(st.lists(st.sampled_from([0, 1, 2]), min_size=1, max_size=6), st.sampled_from(["auto", "spectral"]))
 def test_any_components_round_trip(kinds, codec):
     """Pieces side by side, and a vertex alone after each."""

@@ -199,7 +199,7 @@ def test_the_decoder_follows_the_encoders_path():
             state = coefficients.NEXT[state][index & 1]
 
 
-@settings(max_examples=50, deadline=None)
+@settings(max_examples=50)
 @given(st.lists(st.tuples(st.integers(0, 80), st.integers(0, 1), st.integers(-(2**43), 2**43)), max_size=60))
 def test_symbols_come_back_from_the_range_coder(symbols):
     coder, tables = Coder(), coefficients.Tables()
@@ -208,7 +208,7 @@ def test_symbols_come_back_from_the_range_coder(symbols):
     assert [tables.code(coder, level, quantiser) for level, quantiser, _ in symbols] == [k for _, _, k in symbols]
 
 
-@settings(max_examples=50, deadline=None)
+@settings(max_examples=50)
 @given(st.lists(st.integers(-(2**55), 2**55), max_size=30), st.lists(st.integers(0, 4), max_size=300))
 def test_integers_and_tables_come_back(integers, symbols):
     coder, table = Coder(), [1, 1, 1, 1, 1, 5]
@@ -243,13 +243,13 @@ def test_data_that_end_too_early_are_noticed():
         [coder.bits(16) for _ in range(50)]
 
 
-@settings(max_examples=50, deadline=None)
+@settings(max_examples=50)
 @given(st.floats(2.0**-59, 15.0))
 def test_steps_are_rounded_down_by_less_than_a_thousandth(step):
     assert 0.9993 * step < step_of(code_of(step)) <= step * (1 + 1e-9)
 
 
-@settings(max_examples=50, deadline=None)
+@settings(max_examples=50)
 @given(st.integers(-332, 332), st.lists(st.integers(-(2**52), 2**52), min_size=3, max_size=3))
 def test_heads_and_places_come_back(exponent, corner):
     place, head, coder = Place(exponent, tuple(corner)), Head(12345, 67, 8, 2), Coder()
@@ -300,7 +300,7 @@ def test_every_missing_end_is_noticed_and_opened_on_request_only_after_the_base(
     assert opened > 5
 
 
-@settings(max_examples=100, deadline=None)
+@settings(max_examples=100)
 @given(st.data())
 def test_resealed_changes_give_a_mesh_or_a_clear_error(small, data):
     at = data.draw(st.integers(8, len(small) - 1))
@@ -314,7 +314,7 @@ def test_resealed_changes_give_a_mesh_or_a_clear_error(small, data):
         assert np.isfinite(mesh.vertices).all()
 
 
-@settings(max_examples=200, deadline=None)
+@settings(max_examples=200)
 @given(st.binary(max_size=200))
 def test_random_bytes_are_refused(junk):
     for data in (junk, b"SGN\x03" + junk, b"SGN\x03" + zlib.crc32(junk).to_bytes(4, "little") + junk):
@@ -400,7 +400,7 @@ def mends(*values: int) -> bytes:
         (spectral(mends=Mends(np.array([5]), np.array([41]), 0)), "the connectivity joins vertices it does not have"),
         (spectral(mends=Mends(np.array([1]), np.array([0]), 0)), "the connectivity names a vertex twice in a face"),
     ],
-)  # fmt: skip
+)
 def test_decode_says_what_is_wrong(data, message):
     with pytest.raises(CorruptStreamError, match=message):
         decode(data)

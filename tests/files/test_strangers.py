@@ -192,7 +192,7 @@ def test_quads_and_triangles_keep_their_order_and_convex_ones_are_fans():
     assert triangles_of(file).tolist() == [[0, 1, 2], [0, 2, 3], [0, 1, 2]]
 
 
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=60)
 @given(st.integers(3, 40), st.integers(0, 2**32 - 1))
 def test_ears_of_any_star_fill_it_without_overlap(n, seed):
     rng = np.random.default_rng(seed)

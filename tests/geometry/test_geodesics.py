@@ -43,7 +43,7 @@ def test_short_edges_end_and_keep_the_distances(short):
         np.testing.assert_allclose(geodesic_distances(strip, [source]), straight, atol=3e-6)
 
 
-@settings(max_examples=30, deadline=None)
+@settings(max_examples=30)
 @given(st.integers(0, 2**31), st.floats(-14, -4))
 def test_vertices_moved_onto_neighbours_change_little(seed, exponent):
     rng, ball = np.random.default_rng(seed), sphere(2)

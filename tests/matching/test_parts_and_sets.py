@@ -39,7 +39,7 @@ def goats() -> tuple[TriangleMesh, TriangleMesh, np.ndarray]:
     rest = shapes.goat()
     one, two = shapes.coarse_copy(rest, 1000)[0], shapes.coarse_copy(rest, 800)
     return (one, TriangleMesh(two[1] @ shapes.goat("walk").vertices, two[0].faces),
-            nearest_rows(one.vertices, two[0].vertices))  # fmt: skip
+            nearest_rows(one.vertices, two[0].vertices))
 
 
 def test_a_part_in_another_pose_finds_its_place_and_its_overlap(goats: Any) -> None:
@@ -63,7 +63,7 @@ def test_a_cut_keeps_the_largest_piece_and_its_corners() -> None:
     assert all_kept.all() and np.array_equal(everything.faces, strip.faces)
 
 
-@settings(max_examples=20, deadline=None)
+@settings(max_examples=20)
 @given(st.integers(0, 2**32 - 1), st.integers(2, 5), st.integers(2, 8))
 def test_maps_that_agree_are_found_again_from_a_chain_of_them(seed: int, n: int, k: int) -> None:
     rng = np.random.default_rng(seed)
@@ -134,7 +134,7 @@ E3 = np.eye(3)
         (lambda: cycle_error([SMALL] * 2, {}), "meshes must be at least three for a way round; got 2"),
         (lambda: cycle_error([SMALL] * 3, {(0, 1): np.arange(162)}), r"maps must hold all pairs, both ways; missing: \[\(0, 2\)"),
     ],
-)  # fmt: skip
+)
 def test_errors_name_the_argument(call: Callable[[], Any], message: str) -> None:
     with pytest.raises(ValueError, match=message):
         call()

@@ -54,7 +54,7 @@ def turned(shape: Callable[[np.ndarray], np.ndarray], subdivisions: int = 3, see
     ball, R = shapes.sphere(subdivisions), rotation(seed)
     directions = ball.vertices @ R.T
     return Pair(TriangleMesh(shape(ball.vertices), ball.faces), TriangleMesh(shape(directions), ball.faces),
-                nearest_rows(ball.vertices, directions))  # fmt: skip
+                nearest_rows(ball.vertices, directions))
 
 
 def bumpy(directions: np.ndarray) -> np.ndarray:
@@ -173,7 +173,7 @@ def test_open_shapes_match() -> None:
     flat = shapes.rectangle(1.5, 1.0, 31, 21)
     x, y = flat.vertices[:, :2].T
     hills = TriangleMesh(
-        np.column_stack([x, y, 0.3 * np.exp(-8 * ((x - 0.4) ** 2 + (y - 0.3) ** 2))]), flat.faces)  # fmt: skip
+        np.column_stack([x, y, 0.3 * np.exp(-8 * ((x - 0.4) ** 2 + (y - 0.3) ** 2))]), flat.faces)
     pair = renumbered(hills)
     match = match_shapes(hills, pair.two, [[pair.true_21[i], i] for i in (0, 200, 500)], k=60)
     assert match.is_sure
@@ -214,7 +214,7 @@ BASIS = basis_of(SMALL, 8)
         (lambda: match_shapes(SMALL, SMALL, up=[0, 1], k=10), ValueError, r"up must have shape \(3,\)"),
         (lambda: match_shapes(SMALL, SMALL, k=10, bases=(BASIS, BASIS)), ValueError, "bases must hold 10 modes of 162 vertices for shape 1; got 8 of 162"),
     ],
-)  # fmt: skip
+)
 def test_errors_name_the_argument(call: Callable[[], Any], error: type[Exception], message: str) -> None:
     with pytest.raises(error, match=message):
         call()

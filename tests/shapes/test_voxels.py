@@ -56,7 +56,7 @@ def test_volume_converges_but_the_skin_of_a_ball_keeps_three_halves_of_its_area(
         assert voxel_skin(ball).area == pytest.approx(1.5 * 4 * np.pi, rel=2 * tolerance)
 
 
-@settings(max_examples=15, deadline=None)
+@settings(max_examples=15)
 @given(st.tuples(st.integers(1, 4), st.integers(1, 4), st.integers(1, 4)), st.floats(0.1, 3.0))
 def test_boxes(shape, step):
     box = solid(np.ones(shape), step)
@@ -71,7 +71,7 @@ def test_boxes(shape, step):
     np.testing.assert_allclose(scipy.linalg.eigvalsh(L.toarray()), np.sort(expected), atol=1e-12)
 
 
-@settings(max_examples=20, deadline=None)
+@settings(max_examples=20)
 @given(st.integers(0, 2**32 - 1))
 def test_random_solids_have_closed_skins_that_enclose_their_volume(seed):
     grid = solid(np.random.default_rng(seed).random((4, 4, 4)) < 0.5)
@@ -128,7 +128,7 @@ def test_a_shell_along_the_grid_has_the_eigenvalues_of_the_rectangle():
     np.testing.assert_allclose(basis.evals[1:], 2 - 2 * np.cos(np.pi / np.array([n_x, n_y])), rtol=1e-9)
 
 
-@settings(max_examples=20, deadline=None)
+@settings(max_examples=20)
 @given(st.integers(0, 2**32 - 1), st.floats(0.1, 3.0))
 def test_tetrahedra_fill_every_solid_and_fit_face_to_face(seed, step):
     grid = solid(np.random.default_rng(seed).random((4, 3, 2)) < 0.6, step)
