@@ -52,7 +52,7 @@
         throw error;
       }
       stage.host = host;
-      stage.inner.viewer.canvas.addEventListener("webglcontextlost", () => live.includes(stage) && close(place, stage));
+      stage.inner.viewer.onLost(() => close(place, stage));
       live.push(stage);
       place.frame.hidden = true;
       place.message.textContent = "";

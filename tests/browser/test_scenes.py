@@ -153,6 +153,16 @@ def test_a_fifth_scene_closes_the_oldest(visit):
         assert watch.faults() == []
 
 
+def test_a_scene_that_is_lost_goes_back_to_its_still(visit):
+    with visit(PAGE) as (page, watch):
+        open_scene(page, 0)
+        page.locator(".scene-stage canvas").evaluate("(canvas) => canvas.getContext('webgl2').getExtension('WEBGL_lose_context').loseContext()")
+        page.locator(".scene-frame").first.wait_for()
+        assert page.locator(".scene-stage").count() == 0
+        open_scene(page, 0)
+        assert watch.faults() == []
+
+
 def test_a_browser_without_webgl_keeps_the_still(visit):
     with visit(PAGE) as (page, _):
         page.evaluate("HTMLCanvasElement.prototype.getContext = () => null")

@@ -21,7 +21,7 @@
       lab.stage.append(this.box);
       this.viewer = new notes.Viewer(this.box, `${label}. Drag, or use the arrow keys, to turn; plus and minus change the size.`);
       this.viewer.show(surfaces.map((surface) => ({ ...surface, eye, up })));
-      this.viewer.canvas.addEventListener("webglcontextlost", () => lab.lost());
+      this.viewer.onLost(() => lab.stop());
       lab.stopping.push(() => this.viewer.free());
     }
 

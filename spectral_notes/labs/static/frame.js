@@ -42,11 +42,6 @@
       if (this.hasAttribute("started")) this.removeAttribute("started") ?? this.start(); // a page that is a lab and nothing else
     }
 
-    /** The graphics card gave the scene up: go back to the picture. */
-    lost() {
-      if (live.includes(this)) this.stop();
-    }
-
     async start() {
       const button = this.querySelector(".lab-start");
       button.disabled = true;

@@ -530,6 +530,11 @@
       if (found >= 0) this.picked(k, found);
     }
 
+    /** Call when the graphics card gives the scene up; what free() gives back is not lost. */
+    onLost(lost) {
+      this.canvas.addEventListener("webglcontextlost", () => this.canvas.isConnected && lost());
+    }
+
     free() {
       this.watcher.disconnect();
       cancelAnimationFrame(this.wanted);
