@@ -74,11 +74,12 @@ def bending(W: sp.csr_array) -> sp.csr_array:
     return (L @ sp.diags_array(1 / np.maximum(degree, 1.0)) @ L).tocsr()
 
 
-def patch_basis(W: sp.csr_array, members: IntArray) -> FloatArray:
+def patch_basis(Q: sp.csr_array, members: IntArray) -> FloatArray:
     """The eigenvectors of the bending of one patch, columns from smooth to rough, signs and ties settled."""
-    Q = bending(W[members][:, members]).toarray() + np.diag(EPSILON * (hashed(len(members), 0) + 0.5))
-    evecs = scipy.linalg.eigh((Q + Q.T) / 2, driver="evd", overwrite_a=True, check_finite=False)[1]
-    return evecs * np.where(hashed(len(members), 7) @ evecs < 0, -1.0, 1.0)
+    A = Q[members][:, members].toarray()
+    A.flat[:: len(A) + 1] += EPSILON * (hashed(len(A), 0) + 0.5)
+    evecs = scipy.linalg.eigh(A, driver="evd", overwrite_a=True, check_finite=False)[1]
+    return evecs * np.where(hashed(len(A), 7) @ evecs < 0, -1.0, 1.0)
 
 
 class Patches:
@@ -86,8 +87,12 @@ class Patches:
 
     def __init__(self, W: sp.csr_array, size: int) -> None:
         self.members = partition(W, size)
+        patch = np.repeat(range(len(self.members)), [len(i) for i in self.members])
+        patch[np.concatenate(self.members)] = patch.copy()
+        i, j = W.nonzero()
+        Q = bending(graph(i[patch[i] == patch[j]], j[patch[i] == patch[j]], W.shape[0]))
         with threadpool_limits(limits=1):
-            self.bases = [patch_basis(W, i) for i in self.members]
+            self.bases = [patch_basis(Q, i) for i in self.members]
         self.n, self.shape = W.shape[0], (max(map(len, self.members)), 3, len(self.members))
 
     def forward(self, h: FloatArray) -> FloatArray:
@@ -116,23 +121,25 @@ class Domain:
         self._average = sp.csr_array((1 / np.bincount(self.label)[self.label], (self.label, np.arange(n))))
 
     def means(self, X: FloatArray) -> FloatArray:
-        """The mean of the rows of X in each cell, (cells, 3)."""
+        """The mean of the rows of X in each cell."""
         return self._average @ X
 
     def lift(self, means: FloatArray, softness: int) -> FloatArray:
         """The positions (n, 3) of least X^T bending X + 2^-softness |mean(X) - means|^2, by conjugate gradients."""
-        weight, X = 2.0**-softness, means[self.label]
-        scale = (self.bending.diagonal() + weight)[:, None]
-        r: FloatArray = -(self.bending @ X)
-        p, before = np.zeros_like(X), np.full(3, np.inf)
-        for _ in range(ROUNDS):
-            z = r / scale
-            rz = (r * z).sum(axis=0)
-            p = z + rz / np.maximum(before, 1e-300) * p
-            q = self.bending @ p + weight * self.means(p)[self.label]
-            step = rz / np.maximum((p * q).sum(axis=0), 1e-300)
-            X, r, before = X + step * p, r - step * q, rz
-        return X
+        weight, surface = 2.0**-softness, means[self.label]
+        scale = 1 / (self.bending.diagonal() + weight)
+        for axis in range(3):
+            x = surface[:, axis].copy()
+            r, p, before = -(self.bending @ x), np.zeros_like(x), np.inf
+            for _ in range(ROUNDS):
+                z = r * scale
+                rz = r @ z
+                p = z + rz / max(before, 1e-300) * p
+                q = self.bending @ p + (weight * self.means(p))[self.label]
+                step = rz / max(p @ q, 1e-300)
+                x, r, before = x + step * p, r - step * q, rz
+            surface[:, axis] = x
+        return surface
 
     def frames(self, X: FloatArray) -> FloatArray:
         """Orthonormal frames (n, 3, 3): row 0 the normal of the surface X, rows 1 and 2 tangent, smooth over a patch.

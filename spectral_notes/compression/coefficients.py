@@ -65,9 +65,10 @@ class Tables:
 
     def code(self, coder: Coder, level: int, quantiser: int, k: int = 0) -> int:
         """Code an index k of a quantiser."""
-        plain, size = self._plain[level], abs(k)
-        token = coder.symbol(self._tables[self._which[level]][quantiser], min(size >> plain, TOKENS - 1))
-        high = token + coder.unsigned((size >> plain) - token if size else 0) if token == TOKENS - 1 else token
+        plain, size = self._plain[level], -k if k < 0 else k
+        high = size >> plain
+        token = coder.symbol(self._tables[self._which[level]][quantiser], high if high < TOKENS else TOKENS - 1)
+        high = token if token < TOKENS - 1 else token + coder.unsigned(high - token if high else 0)
         size = high << plain | coder.bits(plain, size) if plain else high
         if size > LARGEST:
             raise CorruptStreamError("a coefficient is larger than any encoder writes")

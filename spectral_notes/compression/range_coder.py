@@ -31,35 +31,34 @@ class Coder:
 
     def place(self, total: int) -> int:
         """Where in 0 .. total - 1 the next symbol lies, when reading."""
-        return min((self._code - self._low & MASK) // (self._range // total), total - 1)
+        place = (self._code - self._low & MASK) // (self._range // total)
+        return place if place < total else total - 1
 
     def narrow(self, start: int, count: int, total: int) -> None:
         """Code the symbol that owns start .. start + count - 1 of `total`, at most 2^16."""
         step = self._range // total
-        self._low, self._range = self._low + step * start, step * count
-        while True:
-            if self._low ^ (self._low + self._range) >= TOP:
-                if self._range >= BOTTOM:
-                    return
-                self._range = -self._low & (BOTTOM - 1)
+        low, size = self._low + step * start, step * count
+        while low ^ (low + size) < TOP or size < BOTTOM:
+            if low ^ (low + size) >= TOP:
+                size = -low & (BOTTOM - 1)
             if self.reading:
                 if self._at >= len(self._data) + 8:  # four ahead, four that `finish` may drop
                     raise CorruptStreamError("the data end too early")
                 self._code = self._code << 8 & MASK | (self._data[self._at] if self._at < len(self._data) else 0)
                 self._at += 1
             else:
-                self._out.append(self._low >> 24)
-            self._low, self._range = self._low << 8 & MASK, self._range << 8
+                self._out.append(low >> 24)
+            low, size = low << 8 & MASK, size << 8
+        self._low, self._range = low, size
 
     def bits(self, width: int, value: int = 0) -> int:
         """Code the low `width` bits of a value, each with probability one half."""
-        out = 0
-        for shift in range(0, width, 16):
-            total = 1 << min(16, width - shift)
-            part = self.place(total) if self.reading else value >> shift & (total - 1)
-            self.narrow(part, 1, total)
-            out |= part << shift
-        return out
+        if width > 16:
+            return self.bits(16, value) | self.bits(width - 16, value >> 16) << 16
+        total = 1 << width
+        part = self.place(total) if self.reading else value & total - 1
+        self.narrow(part, 1, total)
+        return part
 
     def unsigned(self, value: int = 0) -> int:
         """Code an integer >= 0 in about 2 log2(value + 1) + 1 bits (Elias gamma)."""
@@ -80,9 +79,8 @@ class Coder:
         total = counts[-1]
         if self.reading:
             place, start, symbol = self.place(total), 0, 0
-            while place >= start + counts[symbol]:
-                start += counts[symbol]
-                symbol += 1
+            while place >= start + (count := counts[symbol]):
+                start, symbol = start + count, symbol + 1
         else:
             start = sum(counts[:symbol])
         self.narrow(start, counts[symbol], total)
