@@ -37,8 +37,10 @@ def on_dark(pixels: Pixels) -> Pixels:
     ground = white & np.isin(pieces, outer)
     holes = [k for k, size in enumerate(np.bincount(pieces.ravel())) if k and size > 6 and k not in set(outer)]
     ground |= np.isin(pieces, holes)  # the ground seen through a shape
-    depth = ndimage.distance_transform_edt(~ground)
-    inside = depth > 2.5
+    low = pixels.min(axis=-1)
+    ground |= (low > 0.97) & (low - ndimage.grey_opening(low, size=(7, 7)) > 0.15)  # and through a slit in it
+    drawn = strokes(pixels, ground)
+    inside = (ndimage.distance_transform_edt(~ground) > 2.5) & ~drawn
     if not inside.any():
         return turned_greys(pixels)
     at = ndimage.distance_transform_edt(~inside, return_distances=False, return_indices=True)
@@ -46,7 +48,23 @@ def on_dark(pixels: Pixels) -> Pixels:
     away, full = 1 - pixels, 1 - shape
     share = np.clip((away * full).sum(axis=-1) / np.maximum((full**2).sum(axis=-1), 1e-3), 0, 1)
     share = np.where(inside, 1.0, np.where(ground, 0.0, share))[..., None]
-    return np.where(inside[..., None], pixels, share * shape + (1 - share) * GROUND)
+    made = np.where(inside[..., None], pixels, share * shape + (1 - share) * GROUND)
+    return np.where(drawn[..., None], turned_greys(pixels), made)
+
+
+def strokes(pixels: Pixels, ground: NDArray[np.bool_]) -> NDArray[np.bool_]:
+    """Return where black is drawn on the ground (h, w), rims and all; black that lies on a surface is none of it."""
+    low, high = pixels.min(axis=-1), pixels.max(axis=-1)
+    black = (high < 0.3) & (high - low < 0.08)
+    if not black.any():
+        return black
+    pieces, count = ndimage.label(black, np.ones((3, 3)))
+    away, (row, column) = ndimage.distance_transform_edt(~black, return_indices=True)
+    nearest, beside = pieces[row, column], (away > 2.5) & (away < 5)
+    around = np.bincount(nearest[beside], minlength=count + 1)
+    free = np.bincount(nearest[beside & ground], minlength=count + 1) > 0.65 * around
+    neutral = high - low < 0.08
+    return free[nearest] & (away < 2.5) & neutral
 
 
 def dark(picture: Image.Image, boxes: Sequence[Sequence[float]]) -> Image.Image:

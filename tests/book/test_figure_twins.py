@@ -39,6 +39,20 @@ def test_a_surface_keeps_its_colours_on_a_dark_ground_and_its_holes_are_ground()
     assert (rim.min(axis=1) > 100).sum() == 0, "a white rim is left"
 
 
+def test_black_on_the_ground_is_turned_black_on_a_surface_stays_and_a_slit_is_ground():
+    picture, boxes = drawing(1)
+    draw = ImageDraw.Draw(picture)
+    draw.line((10, 225, 190, 225), fill="black", width=3)  # the floor
+    draw.line((60, 100, 140, 100), fill="black", width=3)  # a nodal line
+    draw.line((100, 160, 100, 180), fill=(250, 250, 250), width=2)  # two legs nearly touch
+    draw.line((100, 60, 100, 90), fill=(235, 235, 235), width=2)  # a pale surface is none
+    pixels = np.asarray(figure_twins.dark(picture, boxes))
+    assert pixels[225, 20:180].min() > 200, "the floor is lost"
+    assert pixels[100, 70:130].max() < 30, "a line on the surface changed"
+    assert pixels[162:178, 95:106].min(axis=-1).max() < 80, "white is left in the slit"
+    assert pixels[62:88, 100].min() > 200, "a pale strip was taken for ground"
+
+
 def test_a_colour_bar_keeps_the_colours_of_its_surfaces_and_its_label_is_turned():
     picture, boxes = drawing(2)
     draw = ImageDraw.Draw(picture)
