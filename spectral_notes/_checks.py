@@ -35,7 +35,7 @@ def named(text: str, names: Mapping[str, str] = REMEDIES) -> str:
     return Template(text).safe_substitute(names)
 
 
-class Refusal(ValueError):  # noqa: N818 (an error that says what to do)
+class Remedied(Exception):  # noqa: N818 (an error that says what to do)
     """Hold a message whose remedies have other names on the command line; `text` keeps them open."""
 
     def __init__(self, text: str) -> None:
@@ -43,15 +43,15 @@ class Refusal(ValueError):  # noqa: N818 (an error that says what to do)
         self.text = text
 
 
-class Failure(ArithmeticError):  # noqa: N818
-    """Hold the same of a computation that failed."""
-
-    def __init__(self, text: str) -> None:
-        super().__init__(named(text))
-        self.text = text
+class Refusal(Remedied, ValueError):  # noqa: N818
+    """Say that an argument is not what it must be."""
 
 
-def as_floats(name: str, value: ArrayLike, shape: Sequence[int | str]) -> FloatArray:
+class Failure(Remedied, ArithmeticError):  # noqa: N818
+    """Say that a computation failed."""
+
+
+def as_floats(name: str, value: ArrayLike, shape: Sequence[int | str], *, positive: bool = False) -> FloatArray:
     """Return `value` as a finite float64 array of the given shape; a string in `shape` names a free axis."""
     array = _real_array(name, value)
     _check_shape(name, array, shape)
@@ -59,6 +59,8 @@ def as_floats(name: str, value: ArrayLike, shape: Sequence[int | str]) -> FloatA
     if not np.isfinite(array).all():
         place = tuple(int(i) for i in np.argwhere(~np.isfinite(array))[0])
         raise ValueError(f"{name} must hold finite numbers; found {array[place]} at index {place}")
+    if positive and (array <= 0.0).any():
+        raise ValueError(f"{name} must be positive; found {array.min():g}")
     return array
 
 
@@ -144,21 +146,16 @@ def as_instance(name: str, value: Any, kind: type[T], remedy: str = "") -> T:
 def as_symmetric(name: str, value: object, n: int | None = None) -> sp.csr_array:
     """Return `value`, dense or sparse, as a real symmetric float64 `csr_array` of shape (n, n)."""
     given: Any = value if sp.issparse(value) else _real_array(name, value)
-    if given.ndim != 2:
+    if given.ndim != 2 or given.shape[0] != given.shape[1]:
         raise ValueError(f"{name} must be square; got shape {given.shape}")
-    matrix = sp.csr_array(given)
-    if np.iscomplexobj(matrix):
-        raise TypeError(f"{name} must be real; got dtype {matrix.dtype}")
-    if matrix.shape[0] != matrix.shape[1]:
-        raise ValueError(f"{name} must be square; got shape {matrix.shape}")
-    if n is not None and matrix.shape[0] != n:
-        raise ValueError(f"{name} must have shape ({n}, {n}); got {matrix.shape}")
-    matrix = matrix.astype(np.float64)
+    if np.iscomplexobj(given):
+        raise TypeError(f"{name} must be real; got dtype {given.dtype}")
+    if n is not None and given.shape[0] != n:
+        raise ValueError(f"{name} must have shape ({n}, {n}); got {given.shape}")
+    matrix = sp.csr_array(given).astype(np.float64)
     if not np.isfinite(matrix.data).all():
         raise ValueError(f"{name} must hold finite numbers; it has NaN or infinite entries")
-    largest = float(abs(matrix).max()) if matrix.nnz else 0.0
-    gap = abs(matrix - matrix.T)
-    asymmetry = float(gap.max()) if gap.nnz else 0.0
+    largest, asymmetry = (abs(A.data).max(initial=0.0) for A in (matrix, matrix - matrix.T))
     if asymmetry > 1e-10 * largest:
         raise ValueError(f"{name} must be symmetric; it differs from its transpose by {asymmetry:.2g}")
     return matrix

@@ -49,17 +49,13 @@ def spectral_embedding(basis: Eigenbasis, d: int, *, weights: str = "gps") -> Fl
     """
     weights = as_choice("weights", weights, ("gps", "none"))
     rows = global_point_signature(basis) if weights == "gps" else _without_constant(basis)
-    d = as_count("d", d, 1)
-    if d > rows.shape[1]:
-        raise ValueError(
-            f"d must be at most {rows.shape[1]}, the modes that the basis offers; got {d}: compute more modes"
-        )
+    d, most = as_count("d", d, 1), rows.shape[1]
+    if d > most:
+        raise ValueError(f"d must be at most {most}, the modes that the basis offers; got {d}: compute more modes")
     return np.array(rows[:, :d])
 
 
-def spectral_clusters(
-    rows: ArrayLike, n_clusters: int, *, mass: ArrayLike | None = None, seeding: str = "farthest"
-) -> IntArray:
+def spectral_clusters(rows: ArrayLike, n_clusters: int, *, mass: ArrayLike | None = None) -> IntArray:
     """Return the cluster of each row by k-means: the same on every run, as its seeds are chosen, not drawn.
 
     Minimises sum_x m_x |row_x - center_label(x)|^2 by Lloyd's steps ("Least squares quantization in PCM", 1982) from
@@ -71,7 +67,6 @@ def spectral_clusters(
     n_clusters : how many clusters, 1 .. the number of different rows
     mass : (n,), positive, what each sample stands for; equal by default
         The diagonal of M, so that the result does not depend on how densely a part is sampled.
-    seeding : {"farthest", "qr"}, see `seed_rows`
 
     Returns
     -------
@@ -83,7 +78,7 @@ def spectral_clusters(
     [1, 1, 2, 2, 0]
     """
     rows, mass = _rows_and_mass(rows, mass)
-    seeds = seed_rows(rows, n_clusters, mass=mass, seeding=seeding)
+    seeds = seed_rows(rows, n_clusters, mass=mass)
     lloyd = KMeans(len(seeds), init=rows[seeds], n_init=1, max_iter=MAX_ROUNDS, tol=0.0)
     with threadpool_limits(limits=1, user_api="openmp"):  # threads would add in another order each time
         return np.asarray(lloyd.fit(rows, sample_weight=mass).labels_, dtype=np.int64)
@@ -115,24 +110,17 @@ def cut_pieces(
     return labels
 
 
-def seed_rows(
-    rows: ArrayLike, n_clusters: int, *, mass: ArrayLike | None = None, seeding: str = "farthest"
-) -> IntArray:
+def seed_rows(rows: ArrayLike, n_clusters: int, *, mass: ArrayLike | None = None) -> IntArray:
     """Return the numbers of rows that lie far apart, to start k-means from; no chance takes part.
 
-    "farthest": the row farthest from the center of mass, then always the row farthest from all chosen ones (Gonzalez,
-    1985). "qr": the first pivots of a QR factorization of the transposed rows, always the row with the largest part
-    orthogonal to all chosen ones; at most d of them (Damle, Minden and Ying, "Simple, direct and efficient multi-way
-    spectral clustering", 2019). Of equals the first.
+    First the row farthest from the center of mass, then always the row farthest from all chosen ones (Gonzalez, 1985).
+    Of equals the first.
 
     >>> seed_rows([[0.0], [1.0], [5.0], [9.0]], 3).tolist()
     [3, 0, 2]
     """
     rows, mass = _rows_and_mass(rows, mass)
-    seeding = as_choice("seeding", seeding, ("farthest", "qr"))
     n_clusters = as_count("n_clusters", n_clusters, 1, len(rows))
-    if seeding == "qr":
-        return _pivots(rows, n_clusters)
     from_center = ((rows - mass @ rows / mass.sum()) ** 2).sum(axis=1)
     seeds = farthest_points(rows, n_clusters, first=int(from_center.argmax()))
     different = len(np.unique(rows[seeds], axis=0))
@@ -172,7 +160,11 @@ def normalized_cut(L: sp.csr_array, M: sp.csr_array, labels: ArrayLike) -> float
     L = as_symmetric("L", L)
     n = L.shape[0]
     M = as_symmetric("M", M, n)
-    inside = _indicators("labels", labels, n)
+    labels = as_indices("labels", labels, (n,), n)
+    counts = np.bincount(labels)
+    if not counts.all():
+        raise ValueError(f"labels must leave no number out; no sample has {int(np.argmin(counts))}")
+    inside = np.eye(len(counts))[labels]  # one column of ones and zeros a cluster
     return float((np.sum(inside * (L @ inside), axis=0) / np.sum(inside * (M @ inside), axis=0)).sum())
 
 
@@ -202,29 +194,4 @@ def _without_constant(basis: Eigenbasis) -> FloatArray:
 def _rows_and_mass(rows: ArrayLike, mass: ArrayLike | None) -> tuple[FloatArray, FloatArray]:
     """Rows and positive masses as arrays."""
     rows = as_floats("rows", rows, ("n", "d"))
-    mass = as_floats("mass", np.ones(len(rows)) if mass is None else mass, (len(rows),))
-    if (mass <= 0.0).any():
-        place = int(np.argmin(mass))
-        raise ValueError(f"mass must be positive; found {mass[place]:g} at {place}")
-    return rows, mass
-
-
-def _pivots(rows: FloatArray, n_clusters: int) -> IntArray:
-    """The first pivots of QR of the transposed rows."""
-    _, R, pivots = scipy.linalg.qr(rows.T, mode="economic", pivoting=True)
-    rank = int(np.count_nonzero(abs(np.diag(R)) > 1e-12 * abs(R[0, 0])))
-    if n_clusters > rank:
-        raise ValueError(
-            f"n_clusters must be at most {rank}, the rank of the rows, where seeding='qr'; got {n_clusters}: "
-            "take more columns, or seeding='farthest'"
-        )
-    return np.asarray(pivots[:n_clusters], dtype=np.int64)
-
-
-def _indicators(name: str, labels: ArrayLike, n: int) -> FloatArray:
-    """One column of ones and zeros a cluster."""
-    checked = as_indices(name, labels, (n,), n)
-    counts = np.bincount(checked)
-    if not counts.all():
-        raise ValueError(f"{name} must leave no number out; no sample has {int(np.argmin(counts))}")
-    return np.eye(len(counts))[checked]
+    return rows, as_floats("mass", np.ones(len(rows)) if mass is None else mass, (len(rows),), positive=True)

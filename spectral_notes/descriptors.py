@@ -77,9 +77,7 @@ def heat_kernel_signature(basis: Eigenbasis, times: ArrayLike) -> FloatArray:
     1 / area. Scaled by s: HKS_s(x, s^2 t) = HKS(x, t) / s^2. `signature_times` chooses times (Sun, Ovsjanikov and
     Guibas, "A concise and provably informative multi-scale signature based on heat diffusion", 2009, eq. 4).
     """
-    times = as_floats("times", times, ("p",))
-    if (times <= 0.0).any():
-        raise ValueError(f"times must be positive; found {times.min():g}")
+    times = as_floats("times", times, ("p",), positive=True)
     return np.asarray(basis.evecs**2 @ np.exp(-np.outer(np.maximum(basis.evals, 0.0), times)))
 
 

@@ -61,7 +61,7 @@ def heat(basis: Eigenbasis, f: ArrayLike, t: float) -> FloatArray:
     u(t) = Phi exp(-Lambda t) Phi^T M f solves du/dt = Laplacian u with conductivity one; nothing leaves the domain.
     Time is in squared units of the vertices. With k modes the answer misses what is smaller than exp(-lambda_k t) of f.
     """
-    return filter_signal(basis, f, np.exp(-as_number("t", t, low=0.0) * _nonnegative(basis)))
+    return filter_signal(basis, f, np.exp(-as_number("t", t, low=0.0) * np.maximum(basis.evals, 0.0)))
 
 
 def wave(basis: Eigenbasis, f: ArrayLike, t: float, velocity: ArrayLike | None = None) -> FloatArray:
@@ -71,7 +71,7 @@ def wave(basis: Eigenbasis, f: ArrayLike, t: float, velocity: ArrayLike | None =
     it solves d2u/dt2 = Laplacian u, whose fronts move at speed one. For w = 0 the second term is t b.
     """
     signal, t = as_signal("f", f, basis.n), as_number("t", t)
-    frequencies = np.sqrt(_nonnegative(basis))
+    frequencies = np.sqrt(np.maximum(basis.evals, 0.0))  # of a zero mode rounding may have made a negative one
     u = filter_signal(basis, signal, np.cos(frequencies * t))
     if velocity is None:
         return u
@@ -93,11 +93,6 @@ def schroedinger(basis: Eigenbasis, f: ArrayLike, t: float) -> ComplexArray:
 def _scale(gains: NDArray[np.inexact], c: NDArray[np.inexact]) -> NDArray[np.inexact]:
     """Multiply row k of the coefficients by gain k."""
     return (gains * c.T).T
-
-
-def _nonnegative(basis: Eigenbasis) -> FloatArray:
-    """The eigenvalues, those below zero by rounding set to zero."""
-    return np.maximum(basis.evals, 0.0)
 
 
 def explicit_steps(L: sp.csr_array, M: sp.csr_array, f: ArrayLike, step: float, n_steps: int = 1) -> FloatArray:
@@ -166,8 +161,7 @@ def stable_step(L: sp.csr_array, M: sp.csr_array) -> float:
     >>> stable_step(*interval_laplacian(5))  # h^2 / 4 with h = 1/4
     0.015625
     """
-    L = as_symmetric("L", L)
-    largest = _largest_row(L, _lumped(M, L.shape[0]))
+    largest = _largest_row(*_lumped(L, M))
     return 1.0 / largest if largest else np.inf
 
 
@@ -188,8 +182,7 @@ def chebyshev_filter(
     >>> u.round(12).tolist()  # one step of heat
     [0.0, 0.25, 0.5, 0.25, 0.0]
     """
-    L = as_symmetric("L", L)
-    masses = _lumped(M, L.shape[0])
+    L, masses = _lumped(L, M)
     u = as_signal("f", f, L.shape[0])
     degree = as_count("degree", degree, 0)
     if not callable(response):
@@ -234,13 +227,11 @@ def restore_volume(mesh: TriangleMesh, volume: float) -> TriangleMesh:
     return TriangleMesh(grown, mesh.faces, mesh.name)
 
 
-def _apply_factors(
-    L: sp.csr_array, M: sp.csr_array, f: ArrayLike, steps: list[float], n_steps: int
-) -> FloatArray:
+def _apply_factors(L: sp.csr_array, M: sp.csr_array, f: ArrayLike, steps: list[float], n_steps: int) -> FloatArray:
     """Apply I - s M^-1 L for each s of `steps`, `n_steps` times over."""
-    L = as_symmetric("L", L)
+    L, masses = _lumped(L, M)
     u = as_signal("f", f, L.shape[0])
-    pointwise = sp.csr_array(sp.diags_array(1.0 / _lumped(M, L.shape[0])) @ L)
+    pointwise = sp.csr_array(sp.diags_array(1.0 / masses) @ L)
     for _ in range(as_count("n_steps", n_steps, 1)):
         for step in steps:
             u = u - step * (pointwise @ u)
@@ -252,10 +243,11 @@ def _largest_row(L: sp.csr_array, masses: FloatArray) -> float:
     return float((np.abs(L).sum(axis=1) / masses).max())
 
 
-def _lumped(M: sp.csr_array, n: int) -> FloatArray:
-    """The diagonal of a lumped mass matrix; a full one is refused, its inverse is not sparse."""
-    M = as_symmetric("M", M, n)
+def _lumped(L: sp.csr_array, M: sp.csr_array) -> tuple[sp.csr_array, FloatArray]:
+    """L, and the diagonal of a lumped mass matrix; a full one is refused, its inverse is not sparse."""
+    L = as_symmetric("L", L)
+    M = as_symmetric("M", M, L.shape[0])
     diagonal = M.diagonal()
     if np.abs(M - sp.diags_array(diagonal)).sum() > 0.0 or (diagonal <= 0.0).any():
         raise ValueError("M must be diagonal and positive (mass='lumped'); for a full one use implicit_steps")
-    return np.asarray(diagonal)
+    return L, diagonal

@@ -39,8 +39,7 @@ def difference_grid(n: int, length: float = 1.0, *, ends: str) -> tuple[FloatArr
     ends = _checks.as_choice("ends", ends, ENDS)
     h = length / (n + 1) if ends == "dirichlet" else length / n
     first = {"periodic": 0.0, "dirichlet": 1.0, "neumann": 0.5}[ends]
-    x: FloatArray = h * (np.arange(n, dtype=np.float64) + first)
-    return x, h
+    return h * (np.arange(n, dtype=np.float64) + first), h
 
 
 def forward_difference(n: int, h: float = 1.0, *, ends: str) -> sp.csr_array:
@@ -138,5 +137,4 @@ def spectral_derivative(f: ArrayLike, length: float, *, order: int = 1) -> Float
     order = _checks.as_count("order", order, 0)
     n = len(f)
     factor = (2j * np.pi / length * np.arange(n // 2 + 1)) ** order
-    derivative: FloatArray = np.fft.irfft(factor * np.fft.rfft(f), n)  # irfft drops an imaginary Nyquist coefficient
-    return derivative
+    return np.fft.irfft(factor * np.fft.rfft(f), n)  # irfft drops an imaginary Nyquist coefficient

@@ -100,30 +100,27 @@ def dft_by_fft(f: ArrayLike) -> tuple[FloatArray, FloatArray]:
     return F.real / F.size, -F.imag / F.size
 
 
-def synthesize_series(a: ArrayLike, b: ArrayLike) -> FloatArray:
-    """Add the waves up again: f = sum_k a[k] psi[k] + b[k] chi[k] over *all* k = 0 .. n - 1.
-
-    The coefficients must have the symmetry a[n - k] = a[k], b[n - k] = -b[k] of real signals.
-
-    >>> synthesize_series(*dft_by_fft([4.0, 1.0, -2.0])).round(12).tolist()
-    [4.0, 1.0, -2.0]
-    """
-    a, b = _as_pair(a, b)
-    psi, chi = fourier_matrices(a.size)
-    return psi.T @ a + chi.T @ b
-
-
 def half_coefficients(a: ArrayLike, b: ArrayLike) -> tuple[FloatArray, FloatArray]:
     """Fold the pair k, n - k into one wave: the amplitudes A, B of the sum over k = 0 .. n // 2 only.
 
     f = sum_{k <= n / 2} A[k] psi[k] + B[k] chi[k], with A = 2 a and B = 2 b, except that k = 0 and, for even n,
-    k = n / 2 have no partner and stay as they are: 3 cos(5 t) has A[5] = 3.
+    k = n / 2 have no partner and stay as they are: 3 cos(5 t) has A[5] = 3. As of every real signal, a[n - k] = a[k]
+    and b[n - k] = -b[k].
 
     >>> A, B = half_coefficients([7.0, 1.5, 1.0, 1.5], [0.0, 2.0, 0.0, -2.0])
     >>> A.tolist(), B.tolist()
     ([7.0, 3.0, 1.0], [0.0, 4.0, 0.0])
     """
-    a, b = _as_pair(a, b)
+    a = _as_samples("a", a)
+    b = _checks.as_floats("b", b, a.shape)
+    partners = -np.arange(a.size) % a.size  # n - k, and 0 for k = 0
+    largest = float(max(np.abs(a).max(), np.abs(b).max()))
+    for name, law, gap in (("a", "a[k]", a - a[partners]), ("b", "-b[k]", b + b[partners])):
+        off = float(np.abs(gap).max())
+        if off > 1e-10 * largest:
+            raise ValueError(
+                f"{name} must satisfy {name}[n - k] = {law}, as a real signal's coefficients do; it is off by {off:.2g}"
+            )
     k = np.arange(a.size // 2 + 1)
     weights = np.where((k == 0) | (2 * k == a.size), 1.0, 2.0)  # how many frequencies share the wave k
     return weights * a[: weights.size], weights * b[: weights.size]
@@ -164,23 +161,3 @@ def _as_samples(name: str, value: ArrayLike) -> FloatArray:
     vector = _checks.as_floats(name, value, ("n",))
     _checks.as_count(f"the length of {name}", vector.size, 1)
     return vector
-
-
-def _as_pair(a: ArrayLike, b: ArrayLike) -> tuple[FloatArray, FloatArray]:
-    """Cosine and sine coefficients of a real signal: one length, `a` even and `b` odd in k."""
-    a = _as_samples("a", a)
-    b = _checks.as_floats("b", b, a.shape)
-    partners = _partners(a.size)
-    largest = float(max(np.abs(a).max(), np.abs(b).max()))
-    for name, law, gap in (("a", "a[k]", a - a[partners]), ("b", "-b[k]", b + b[partners])):
-        off = float(np.abs(gap).max())
-        if off > 1e-10 * largest:
-            raise ValueError(
-                f"{name} must satisfy {name}[n - k] = {law}, as a real signal's coefficients do; it is off by {off:.2g}"
-            )
-    return a, b
-
-
-def _partners(n: int) -> IntArray:
-    """The frequency n - k (0 for k = 0) that holds the same pair of waves, for k = 0 .. n - 1."""
-    return -np.arange(n) % n

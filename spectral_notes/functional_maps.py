@@ -57,7 +57,7 @@ def pull_back(p2p_21: Any, f_1: ArrayLike, *, n_2: int | None = None) -> FloatAr
     values = np.asarray(f_1)
     f = as_signal("f_1", values, len(values) if values.ndim else 0)
     if sp.issparse(p2p_21):
-        _refuse_other_direction("p2p_21", p2p_21.shape[0], len(f), n_2)
+        _refuse_other_direction(p2p_21.shape[0], len(f), n_2)
         if p2p_21.shape[1] != len(f):
             raise ValueError(f"p2p_21 must have a column for each of the {len(f)} vertices of 1; got {p2p_21.shape}")
         return np.asarray(sp.csr_array(p2p_21) @ f)
@@ -169,7 +169,7 @@ def as_point_map(p2p_21: ArrayLike, n_1: int, n_2: int | None = None) -> IntArra
     """
     vertices = np.asarray(p2p_21)
     if vertices.ndim == 1:
-        _refuse_other_direction("p2p_21", len(vertices), n_1, n_2)
+        _refuse_other_direction(len(vertices), n_1, n_2)
     return as_indices("p2p_21", vertices, ("n2" if n_2 is None else n_2,), stop=n_1)
 
 
@@ -184,10 +184,10 @@ def as_functional_map(basis_1: Eigenbasis, basis_2: Eigenbasis, C_12: ArrayLike)
     return C
 
 
-def _refuse_other_direction(name: str, length: int, n_1: int, n_2: int | None) -> None:
+def _refuse_other_direction(length: int, n_1: int, n_2: int | None) -> None:
     """Refuse a map whose length says that it goes from 1 to 2."""
     if n_2 is not None and length == n_1 != n_2:
         raise ValueError(
-            f"{name} must hold a vertex of 1 for each of the {n_2} vertices of 2; got {length}, the number of vertices "
+            f"p2p_21 must hold a vertex of 1 for each of the {n_2} vertices of 2; got {length}, the number of vertices "
             "of 1: it looks like a map from 1 to 2. Swap the shapes, or use the map of the other direction"
         )

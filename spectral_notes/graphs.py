@@ -13,7 +13,7 @@ from numpy.typing import ArrayLike
 from scipy.spatial import cKDTree
 
 from spectral_notes._checks import FloatArray, as_choice, as_count, as_floats, as_number
-from spectral_notes.meshes import TriangleMesh, as_mesh, edge_lengths, edges
+from spectral_notes.meshes import TriangleMesh, edge_lengths, edges
 
 
 def path_graph(n: int) -> sp.csr_array:
@@ -110,7 +110,6 @@ def mesh_graph(mesh: TriangleMesh, *, weights: str = "unit") -> sp.csr_array:
     >>> mesh_graph(TriangleMesh([[0, 0, 0], [1, 0, 0], [0, 1, 0]], [[0, 1, 2]])).toarray()[0].tolist()
     [0.0, 1.0, 1.0]
     """
-    mesh = as_mesh(mesh)
     weights = as_choice("weights", weights, ("unit", "inverse_length"))
     i, j = edges(mesh).T
     values = np.ones(len(i))

@@ -28,7 +28,8 @@ from spectral_notes._checks import (
     as_number,
     as_symmetric,
 )
-from spectral_notes.meshes import FLAT, PointCloud, TriangleMesh, as_mesh, row_norms
+from spectral_notes.finite_differences import ENDS, second_difference
+from spectral_notes.meshes import FLAT, PointCloud, TriangleMesh, as_mesh, need_areas, row_norms
 
 Pair = tuple[sp.csr_array, sp.csr_array]
 
@@ -65,16 +66,12 @@ def interval_laplacian(n: int, length: float = 1.0, *, ends: str = "neumann") ->
     """
     n = as_count("n", n, 3)
     length = as_number("length", length, above=0.0)
-    ends = as_choice("ends", ends, ("neumann", "dirichlet", "periodic"))
+    ends = as_choice("ends", ends, ENDS)
     h = length / {"neumann": n - 1, "dirichlet": n + 1, "periodic": n}[ends]
-    diagonal, mass = np.full(n, 2.0 / h), np.full(n, h)
+    mass = np.full(n, h)
     if ends == "neumann":
-        diagonal[[0, -1]] /= 2.0
         mass[[0, -1]] /= 2.0
-    L = sp.diags_array([np.full(n - 1, -1.0 / h), diagonal, np.full(n - 1, -1.0 / h)], offsets=[-1, 0, 1]).tolil()
-    if ends == "periodic":
-        L[0, n - 1] = L[n - 1, 0] = -1.0 / h
-    return sp.csr_array(L), _diagonal(mass)
+    return second_difference(n, ends=ends).sorted_indices() / h, _diagonal(mass)
 
 
 def graph_laplacian(W: Any, *, mass: str = "identity") -> Pair:
@@ -136,11 +133,10 @@ def cotan_laplacian(mesh: TriangleMesh, *, mass: str = "lumped") -> Pair:
     >>> L.toarray().round(12).tolist()
     [[1.0, -0.5, -0.5], [-0.5, 0.5, 0.0], [-0.5, 0.0, 0.5]]
     """
-    mesh = as_mesh(mesh)
     kind = as_choice("mass", mass, MASSES)
     _refuse_lone_vertices(mesh)
     areas, squared, dots = _corners(mesh)
-    _refuse_flat_faces(areas, squared.max(axis=0))
+    need_areas(mesh, areas <= FLAT * squared.max(axis=0), ". $robust works on such meshes")
     cotangents = (dots / (2.0 * areas)).ravel()  # (3 m,), at corners i, then j, then k
     i, j, k = mesh.faces.T.astype(np.int32)
     n = mesh.n_vertices
@@ -175,7 +171,6 @@ def mass_matrix(mesh: TriangleMesh, *, kind: str = "lumped") -> sp.csr_array:
     >>> mass_matrix(triangle, kind="voronoi").diagonal().tolist()
     [0.25, 0.125, 0.125]
     """
-    mesh = as_mesh(mesh)
     kind = as_choice("kind", kind, MASSES)
     _refuse_lone_vertices(mesh)
     M = _mass(mesh, *_corners(mesh), kind)
@@ -206,7 +201,6 @@ def robust_mesh_laplacian(mesh: TriangleMesh) -> Pair:
     >>> round(float(M.diagonal().sum()), 3)
     0.5
     """
-    mesh = as_mesh(mesh)
     _refuse_lone_vertices(mesh)
     L, M = robust_laplacian.mesh_laplacian(mesh.vertices, mesh.faces)
     if not np.isfinite(L.data).all():
@@ -326,7 +320,9 @@ def _star_triangles(points: FloatArray, own: FloatArray, n_neighbors: int) -> tu
     for begin in range(0, len(points), BLOCK):
         here = np.arange(begin, min(begin + BLOCK, len(points)))
         gaps, near = tree.query(points[here], n_neighbors + 1)
-        axes = _tangents(points, near)
+        around = points[near] - points[near[:, :1]]
+        around -= around.mean(axis=1, keepdims=True)
+        axes = np.linalg.eigh(around.transpose(0, 2, 1) @ around)[1][:, :, 1:]  # (b, 3, 2), of their plane
         corners, sure = _stars(points, lifts, axes, gaps, near)
         found.append(corners[sure[corners[:, 0] - begin]])
         if not sure.all():
@@ -334,13 +330,6 @@ def _star_triangles(points: FloatArray, own: FloatArray, n_neighbors: int) -> tu
             found.append(_stars(points, lifts, axes[~sure], *wider)[0])
     triangles, seen = np.unique(np.sort(np.concatenate(found), axis=1), axis=0, return_counts=True)
     return triangles.astype(np.int64), seen
-
-
-def _tangents(points: FloatArray, near: IntArray) -> FloatArray:
-    """Two orthonormal axes a point, shape (b, 3, 2), of the plane in which its neighbours spread most."""
-    around = points[near] - points[near[:, :1]]
-    around -= around.mean(axis=1, keepdims=True)
-    return np.asarray(np.linalg.eigh(around.transpose(0, 2, 1) @ around)[1][:, :, 1:])
 
 
 def _stars(
@@ -448,19 +437,9 @@ def _dot(u: FloatArray, v: FloatArray) -> FloatArray:
     return np.einsum("ij,ij->i", u, v)
 
 
-def _refuse_flat_faces(areas: FloatArray, longest_squared: FloatArray) -> None:
-    """Refuse faces so thin that their cotangents mean nothing."""
-    flat = np.flatnonzero(areas <= FLAT * longest_squared)
-    if len(flat):
-        raise Refusal(
-            f"mesh must have no face without area; {len(flat)} of its faces have none, the first is face {flat[0]}. "
-            "$robust works on such meshes"
-        )
-
-
 def _refuse_lone_vertices(mesh: TriangleMesh) -> None:
     """Refuse vertices without a face: their mass would be zero."""
-    lone = np.flatnonzero(np.bincount(mesh.faces.ravel(), minlength=mesh.n_vertices) == 0)
+    lone = np.flatnonzero(np.bincount(as_mesh(mesh).faces.ravel(), minlength=mesh.n_vertices) == 0)
     if len(lone):
         raise Refusal(
             f"mesh must have no vertex without a face; {len(lone)} have none, the first is vertex {lone[0]}. "

@@ -12,26 +12,8 @@ import numpy as np
 import scipy.sparse as sp
 from numpy.typing import ArrayLike
 
-from spectral_notes._checks import (
-    FloatArray,
-    IntArray,
-    as_count,
-    as_floats,
-    as_indices,
-    as_number,
-    as_signal,
-    as_symmetric,
-)
-from spectral_notes.meshes import (
-    TriangleMesh,
-    as_mesh,
-    edges_with_counts,
-    face_areas,
-    face_normals,
-    farthest_points,
-    flat_faces,
-    row_norms,
-)
+from spectral_notes._checks import FloatArray, IntArray, as_floats, as_indices, as_number, as_signal, as_symmetric
+from spectral_notes.meshes import TriangleMesh, edges_with_counts, face_areas, face_normals, farthest_points, need_areas
 from spectral_notes.solver.factorization import Solve, factorize
 
 UNSEEN = 1e-10  # share of a matrix's entries that constants feel, below which it does not see them
@@ -60,18 +42,19 @@ def gradient_matrix(mesh: TriangleMesh) -> sp.csr_array:
     [[3.0, 0.0, 0.0]]
     """
     arrows = turned_edges(mesh) / (2.0 * face_areas(mesh)[:, None, None])  # (m, corner, xyz)
-    m = mesh.n_faces
-    rows = np.arange(m)[:, None, None] + m * np.arange(3)  # (m, 1, xyz)
-    columns = mesh.faces[:, :, None]  # (m, corner, 1)
-    rows, columns = np.broadcast_arrays(rows, columns)
-    return sp.csr_array((arrows.ravel(), (rows.ravel(), columns.ravel())), (3 * m, mesh.n_vertices))
+    return matrix_of_arrows(arrows, mesh.faces, mesh.n_vertices)
+
+
+def matrix_of_arrows(arrows: FloatArray, columns: IntArray, n: int) -> sp.csr_array:
+    """Return the matrix (3 m, n) that weighs the arrows (m, corner, xyz) of each face with values at its columns."""
+    m = len(columns)
+    rows, columns = np.broadcast_arrays(np.arange(m)[:, None, None] + m * np.arange(3), columns[:, :, None])
+    return sp.csr_array((arrows.ravel(), (rows.ravel(), columns.ravel())), (3 * m, n))
 
 
 def turned_edges(mesh: TriangleMesh) -> FloatArray:
     """Return N x e_c of each face and corner, shape (m, corner, xyz): the gradient of its hat, times twice the area."""
-    flat = np.flatnonzero(flat_faces(as_mesh(mesh)))
-    if len(flat):
-        raise ValueError(f"mesh must have no face without area; {len(flat)} have none, the first is face {flat[0]}")
+    need_areas(mesh)
     corners = mesh.vertices[mesh.faces]  # (m, 3, 3)
     opposite = np.roll(corners, 1, axis=1) - np.roll(corners, -1, axis=1)  # edge from the next corner to the last
     return np.cross(face_normals(mesh)[:, None, :], opposite)
@@ -112,7 +95,6 @@ def spread_faces(mesh: TriangleMesh, n: int) -> IntArray:
     >>> spread_faces(strip, 2).tolist()
     [0, 2]
     """
-    n = as_count("n", n, 1, mesh.n_faces)
     return farthest_points(mesh.vertices[mesh.faces].mean(axis=1), n)
 
 
@@ -153,7 +135,7 @@ def boundary_vertices(mesh: TriangleMesh) -> IntArray:
     >>> boundary_vertices(TriangleMesh([[0, 0, 0], [1, 0, 0], [0, 1, 0]], [[0, 1, 2]])).tolist()
     [0, 1, 2]
     """
-    pairs, counts = edges_with_counts(as_mesh(mesh))
+    pairs, counts = edges_with_counts(mesh)
     return np.unique(pairs[counts == 1])
 
 
@@ -207,13 +189,13 @@ def boundary_mass_matrix(mesh: TriangleMesh, *, vertices: ArrayLike | None = Non
     >>> boundary_mass_matrix(square, vertices=[0, 1]).toarray()[0].round(3).tolist()
     [0.333, 0.167, 0.0, 0.0]
     """
-    pairs, counts = edges_with_counts(as_mesh(mesh))
+    pairs, counts = edges_with_counts(mesh)
     n = mesh.n_vertices
     chosen = np.arange(n) if vertices is None else as_indices("vertices", vertices, ("p",), n)
     rim = pairs[(counts == 1) & np.isin(pairs, chosen).all(axis=1)]
     if not len(rim):
         raise ValueError("mesh must have a boundary edge, with both ends among the vertices; it has none")
-    lengths = row_norms(mesh.vertices[rim[:, 0]] - mesh.vertices[rim[:, 1]])
+    lengths = np.linalg.norm(mesh.vertices[rim[:, 0]] - mesh.vertices[rim[:, 1]], axis=1)
     i, j = rim.T
     rows, columns = np.concatenate([i, j, i, j]), np.concatenate([i, j, j, i])
     return sp.csr_array((np.repeat([1 / 3, 1 / 6], 2 * len(rim)) * np.tile(lengths, 4), (rows, columns)), (n, n))

@@ -13,7 +13,7 @@ import numpy as np
 import scipy.sparse as sp
 from numpy.typing import ArrayLike, NDArray
 
-from spectral_notes._checks import FloatArray, IntArray, as_floats, as_indices, as_instance
+from spectral_notes._checks import FloatArray, IntArray, Refusal, as_count, as_floats, as_indices, as_instance
 
 LARGEST = 1e50  # coordinate; areas, and products of areas, are finite up to there
 FLAT = 1e-15  # area over squared longest side below which a face has no area
@@ -26,13 +26,8 @@ class TriangleMesh:
     Parameters
     ----------
     vertices : (n, 3), positions, in the unit of the data; finite, within 1e50 of the origin
-    faces : (m, 3), vertex indices, 0 .. n - 1; three different vertices a face
+    faces : (m, 3), vertex indices, 0 .. n - 1; three different vertices a face (`clean_mesh` drops others)
     name : what the shape is called, for titles
-
-    Raises
-    ------
-    TypeError, ValueError
-        If an array is not as described (`clean_mesh` drops faces that name a vertex twice).
 
     Examples
     --------
@@ -61,8 +56,8 @@ class TriangleMesh:
         object.__setattr__(self, "vertices", _frozen(vertices))
         object.__setattr__(self, "faces", _frozen(faces))
 
-    def __setstate__(self, state: dict[str, Any]) -> None:
-        _restore(self, state)
+    def __reduce__(self) -> tuple[Any, ...]:
+        return TriangleMesh, (self.vertices, self.faces, self.name)
 
     def __repr__(self) -> str:
         return f"TriangleMesh({self.name!r}, {self.n_vertices} vertices, {self.n_faces} faces)"
@@ -109,8 +104,8 @@ class PointCloud:
             raise TypeError(f"name must be a string; got {type(self.name).__name__}")
         object.__setattr__(self, "points", _frozen(points))
 
-    def __setstate__(self, state: dict[str, Any]) -> None:
-        _restore(self, state)
+    def __reduce__(self) -> tuple[Any, ...]:
+        return PointCloud, (self.points, self.name)
 
     def __repr__(self) -> str:
         return f"PointCloud({self.name!r}, {self.n_points} points)"
@@ -177,7 +172,8 @@ def edges_with_counts(mesh: TriangleMesh) -> tuple[IntArray, IntArray]:
     >>> edges_with_counts(square)[1].tolist()
     [1, 2, 1, 1, 1]
     """
-    pairs = np.sort(np.stack([mesh.faces, np.roll(mesh.faces, -1, axis=1)], axis=2).reshape(-1, 2), axis=1)
+    faces = as_mesh(mesh).faces
+    pairs = np.sort(np.stack([faces, np.roll(faces, -1, axis=1)], axis=2).reshape(-1, 2), axis=1)
     code, counts = np.unique(pairs[:, 0] * mesh.n_vertices + pairs[:, 1], return_counts=True)
     return np.stack(np.divmod(code, mesh.n_vertices), axis=1), counts.astype(np.int64)
 
@@ -227,9 +223,17 @@ def corner_angles(mesh: TriangleMesh) -> FloatArray:
 
 def flat_faces(mesh: TriangleMesh) -> NDArray[np.bool_]:
     """Return True for each face without area, shape (m,): at most `FLAT` times its longest side squared."""
-    corners = mesh.vertices[mesh.faces]
+    corners = as_mesh(mesh).vertices[mesh.faces]
     longest_squared = ((corners - np.roll(corners, 1, axis=1)) ** 2).sum(axis=2).max(axis=1)
     return face_areas(mesh) <= FLAT * longest_squared
+
+
+def need_areas(mesh: TriangleMesh, flat: NDArray[np.bool_] | None = None, remedy: str = "") -> None:
+    """Raise unless every face has an area; `flat`, what `flat_faces` returns, may be known already."""
+    flat = flat_faces(mesh) if flat is None else flat
+    if flat.any():
+        say = f"mesh must have no face without area; {flat.sum()} have none, the first is face {flat.argmax()}"
+        raise Refusal(f"{say}{remedy}")
 
 
 def row_norms(rows: FloatArray) -> FloatArray:
@@ -302,10 +306,13 @@ def connected_components(mesh: TriangleMesh) -> IntArray:
     >>> connected_components(two).tolist()
     [0, 1, 0, 1, 0, 1]
     """
-    i, j = edges(mesh).T
-    graph = sp.csr_array((np.ones(len(i)), (i, j)), (mesh.n_vertices, mesh.n_vertices))
-    labels = sp.csgraph.connected_components(graph, directed=False)[1]
-    return labels.astype(np.int64)
+    return pieces_of_graph(edges(mesh), mesh.n_vertices)
+
+
+def pieces_of_graph(pairs: IntArray, n: int) -> IntArray:
+    """Return the number of the piece that each of n nodes belongs to, shape (n,), where pairs (e, 2) join them."""
+    graph = sp.coo_array((np.ones(len(pairs)), pairs.T), (n, n))
+    return sp.csgraph.connected_components(graph, directed=False)[1].astype(np.int64)
 
 
 def farthest_points(points: FloatArray, n: int, first: int = 0) -> IntArray:
@@ -314,7 +321,7 @@ def farthest_points(points: FloatArray, n: int, first: int = 0) -> IntArray:
     Gonzalez, "Clustering to minimize the maximum intercluster distance" (1985): the first m of them cover all points
     within twice the radius of the best m.
     """
-    chosen = np.full(n, first, dtype=np.int64)
+    chosen = np.full(as_count("n", n, 1, len(points)), first, dtype=np.int64)
     apart = np.full(len(points), np.inf)  # squared distance to the chosen
     for number in range(1, n):
         gaps = points - points[chosen[number - 1]]
@@ -348,12 +355,6 @@ def _unit_rows(rows: FloatArray) -> FloatArray:
     """Each row divided by its length; zero rows stay zero."""
     lengths = row_norms(rows)
     return rows / np.where(lengths > 0, lengths, 1.0)[:, None]
-
-
-def _restore(shape: TriangleMesh | PointCloud, state: dict[str, Any]) -> None:
-    """Take over what was pickled, and make its arrays read-only again."""
-    for name, value in state.items():
-        object.__setattr__(shape, name, _frozen(value) if isinstance(value, np.ndarray) else value)
 
 
 def _frozen(array: NDArray[Any]) -> NDArray[Any]:

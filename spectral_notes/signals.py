@@ -34,8 +34,7 @@ def gaussian(x: ArrayLike, centre: float, width: float) -> FloatArray:
     """
     x = as_floats("x", x, ("n",))
     width = as_number("width", width, above=0)
-    values: FloatArray = np.exp(-0.5 * ((x - as_number("centre", centre)) / width) ** 2) / (width * np.sqrt(2 * np.pi))
-    return values
+    return np.exp(-0.5 * ((x - as_number("centre", centre)) / width) ** 2) / (width * np.sqrt(2 * np.pi))
 
 
 def trapezoid_weights(x: ArrayLike) -> FloatArray:
@@ -47,9 +46,8 @@ def trapezoid_weights(x: ArrayLike) -> FloatArray:
     >>> trapezoid_weights([0.0, 1.0, 3.0]).tolist()
     [0.5, 1.5, 1.0]
     """
-    half: FloatArray = np.diff(as_increasing("x", x)) / 2  # (n - 1,)
-    weights: FloatArray = np.append(half, 0.0) + np.append(0.0, half)
-    return weights
+    half = np.diff(as_increasing("x", x)) / 2  # (n - 1,)
+    return np.append(half, 0.0) + np.append(0.0, half)
 
 
 def hat_functions(x: ArrayLike, t: ArrayLike) -> FloatArray:
@@ -165,8 +163,7 @@ def balmer_lines(count: int = 4) -> FloatArray:
     """
     m = np.arange(3, 3 + as_count("count", count, 1))
     rydberg = constants.Rydberg / (1 + constants.m_e / constants.m_p)  # 1/m
-    lines: FloatArray = 1e9 / (rydberg * (0.25 - 1 / m**2))
-    return lines
+    return 1e9 / (rydberg * (0.25 - 1 / m**2))
 
 
 def line_spectrum(wavelengths: ArrayLike, lines: ArrayLike, powers: ArrayLike, width: float = 2.0) -> FloatArray:
@@ -193,14 +190,11 @@ def blackbody_spectrum(wavelengths: ArrayLike, temperature: float) -> FloatArray
     >>> blackbody_spectrum([400.0, 500.0, 600.0], 5772.0).round(-2).tolist()
     [22900.0, 26200.0, 24400.0]
     """
-    metres = as_floats("wavelengths", wavelengths, ("n",)) * 1e-9
-    if (metres <= 0).any():
-        raise ValueError(f"wavelengths must be positive; found {metres.min() * 1e9:g} nm")
+    metres = as_floats("wavelengths", wavelengths, ("n",), positive=True) * 1e-9
     temperature = as_number("temperature", temperature, above=0)
     u = constants.h * constants.c / (metres * constants.k * temperature)
     photons = np.exp(-u) / -np.expm1(-u)  # 1 / (exp(u) - 1) without overflow
-    spectrum: FloatArray = 1e-9 * 2 * constants.h * constants.c**2 / metres**5 * photons
-    return spectrum
+    return 1e-9 * 2 * constants.h * constants.c**2 / metres**5 * photons
 
 
 def colour_matching(wavelengths: ArrayLike) -> FloatArray:
@@ -260,14 +254,11 @@ def metamer(spectrum: ArrayLike, wavelengths: ArrayLike, direction: ArrayLike) -
     (0.0, True)
     """
     wavelengths = as_increasing("wavelengths", wavelengths)
-    spectrum = as_floats("spectrum", spectrum, (len(wavelengths),))
+    spectrum = as_floats("spectrum", spectrum, (len(wavelengths),), positive=True)
     direction = as_floats("direction", direction, (len(wavelengths),))
-    if (spectrum <= 0).any():
-        raise ValueError(f"spectrum must be positive; found {spectrum.min():g}")
     seen = colour_matching(wavelengths).T  # (n, 3)
     black = direction - seen @ best_coefficients(direction, seen, sp.diags_array(trapezoid_weights(wavelengths)))
     if np.abs(black).max() <= 1e-10 * np.abs(direction).max():
         raise ValueError("direction must not be a combination of the matching functions; every part of it is seen")
     t = 1 / (-black / spectrum).max()
-    other: FloatArray = np.maximum(spectrum + t * black, 0.0)
-    return other
+    return np.maximum(spectrum + t * black, 0.0)

@@ -13,13 +13,14 @@ import numpy as np
 import scipy.sparse as sp
 from numpy.typing import ArrayLike, NDArray
 
-from spectral_notes._checks import FloatArray, IntArray, as_count, as_floats, as_indices, as_number
+from spectral_notes._checks import FloatArray, IntArray, as_count, as_floats, as_indices
 from spectral_notes.eigenbasis import compute_eigenbasis
 from spectral_notes.mesh_calculus import (
     PoissonSolver,
     arrows_of_rows,
     face_area_matrix,
     gradient_matrix,
+    matrix_of_arrows,
     rows_of_arrows,
     turned_edges,
 )
@@ -67,12 +68,11 @@ def edge_transport(surface: Surface) -> Transport:
     there, back = tails * n + heads, heads * n + tails
     doubled = len(there) - len(np.unique(there))
     if doubled:
-        raise ValueError(
-            f"surface must be an oriented manifold; {doubled} edges are walked twice in one direction: health(mesh) "
-            "counts what is wrong"
-        )
+        say = f"{doubled} edges are walked twice in one direction: health(mesh) counts what is wrong"
+        raise ValueError(f"surface must be an oriented manifold; {say}")
     rim = ~np.isin(back, there)  # the other direction of a boundary edge belongs to no face
-    corners = _corner_angles(lengths)
+    a, b, c = (np.roll(lengths, -k, axis=1) for k in range(3))
+    corners = np.arccos(np.clip((b**2 + c**2 - a**2) / (2.0 * b * c), -1.0, 1.0))  # (m, 3), by the law of cosines
     key = np.concatenate([there, back[rim]])
     order = np.argsort(key)
     angles = _fan_angles(tails, thirds, corners.ravel(), key, order, len(there), n)
@@ -88,14 +88,9 @@ def edge_transport(surface: Surface) -> Transport:
     areas = 0.5 * lengths[:, 1] * lengths[:, 2] * np.sin(corners[:, 0])
     turns = angles[opposite] + np.pi - angles
     return Transport(
-        faces,
-        tails,
-        heads,
-        angles,
-        np.angle(np.exp(1j * turns)),
-        half + half[opposite],
-        (scale[faces] * corners).sum(axis=1) - np.pi,
-        np.asarray(np.bincount(faces.ravel(), np.repeat(areas / 3.0, 3), n), dtype=np.float64),
+        faces=faces, tails=tails, heads=heads, angles=angles, turns=np.angle(np.exp(1j * turns)),
+        weights=half + half[opposite], holonomy=(scale[faces] * corners).sum(axis=1) - np.pi,
+        vertex_areas=np.bincount(faces.ravel(), np.repeat(areas / 3.0, 3), n).astype(np.float64),
     )
 
 
@@ -165,20 +160,17 @@ def field_indices(surface: Surface, z: ArrayLike, n_fold: int = 1) -> FloatArray
     return np.rint((round_face + n_fold * edges.holonomy) / (2.0 * np.pi)) / n_fold
 
 
-def transport_vector(surface: Surface, vertex: int, value: complex = 1.0, *, step: float | None = None) -> ComplexArray:
+def transport_vector(surface: Surface, vertex: int, value: complex = 1.0) -> ComplexArray:
     """Return a vector carried from one vertex to all others along shortest paths, by one short heat step.
 
     Heat of the connection Laplacian arrives first by the shortest way and keeps the direction; the length is put back.
-    The time of the step is by default the square of the mean edge length (Sharp, Soliman and Crane, "The vector heat
-    method", 2019, algorithm 1).
+    The time of the step is the square of the mean edge length (Sharp, Soliman and Crane, "The vector heat method",
+    2019, algorithm 1).
     """
-    edges = edge_transport(surface)
-    n = len(edges.vertex_areas)
-    vertex = int(as_indices("vertex", [vertex], (1,), n)[0])
-    if step is None:
-        step = float(_faces_and_lengths(surface)[1].mean() ** 2)  # an inner edge counts for both of its faces
-    step = as_number("step", step, above=0.0)
     L, M = connection_laplacian(surface)
+    n = L.shape[0] // 2
+    vertex = as_count("vertex", vertex, 0, n - 1)
+    step = float(_faces_and_lengths(surface)[1].mean() ** 2)  # an inner edge counts for both of its faces
     source = np.zeros(2 * n)
     source[[vertex, vertex + n]] = complex(value).real, complex(value).imag
     x = PoissonSolver(step * L, M, screening=1.0).solve(load=source)
@@ -186,21 +178,20 @@ def transport_vector(surface: Surface, vertex: int, value: complex = 1.0, *, ste
     return np.asarray(abs(value) * direction / np.abs(direction), dtype=np.complex128)
 
 
-def arrows_of_field(mesh: TriangleMesh, z: ArrayLike, n_fold: int = 1) -> FloatArray:
+def arrows_of_field(mesh: TriangleMesh, z: ArrayLike) -> FloatArray:
     """Return a field of complex numbers as arrows in space, (n, 3), in the planes across the vertex normals.
 
-    Of an n-fold field the root with the smallest angle is drawn, as long as z. The arrows are for pictures and for
-    input: matrices know nothing of them.
+    The arrows are for pictures and for input: matrices know nothing of them.
     """
     edges = edge_transport(as_mesh(mesh))
     z = _field(z, mesh.n_vertices)
-    root = np.abs(z) * np.exp(1j * np.angle(z) / as_count("n_fold", n_fold, 1))
+    first = np.flatnonzero(edges.angles == 0.0)  # the edge of each vertex from which its angles count
+    along = np.zeros((mesh.n_vertices, 3))
+    along[edges.tails[first]] = mesh.vertices[edges.heads[first]]
     normals = vertex_normals(mesh)
-    first = edges.heads[_first_edges(edges)]
-    along = mesh.vertices[first] - mesh.vertices
-    along = along - (along * normals).sum(axis=1)[:, None] * normals
+    along = _across(along - mesh.vertices, normals)
     along /= row_norms(along)[:, None]
-    return root.real[:, None] * along + root.imag[:, None] * np.cross(normals, along)
+    return z.real[:, None] * along + z.imag[:, None] * np.cross(normals, along)
 
 
 def hodge_parts(mesh: TriangleMesh, field: ArrayLike) -> tuple[FloatArray, FloatArray, FloatArray]:
@@ -212,30 +203,25 @@ def hodge_parts(mesh: TriangleMesh, field: ArrayLike) -> tuple[FloatArray, Float
     (Polthier and Preuss, "Identifying vector field singularities using a discrete Hodge decomposition", 2003).
     """
     mesh = as_mesh(mesh)
-    normals = face_normals(mesh)
-    X = as_floats("field", field, (mesh.n_faces, 3))
-    X = X - (X * normals).sum(axis=1)[:, None] * normals
-    return _split(mesh, X, *_hodge_solvers(mesh))
+    return _split(mesh, as_floats("field", field, (mesh.n_faces, 3)), _hodge_problems(mesh))
 
 
-def harmonic_fields(mesh: TriangleMesh, *, seed: int = 0) -> FloatArray:
+def harmonic_fields(mesh: TriangleMesh) -> FloatArray:
     """Return an orthonormal basis of the fields without sources and circulation: two for each handle of a closed mesh.
 
-    Shape (2 genus, m, 3), with unit integral of |X|^2; a mesh with h boundary loops has h - 1 more. The seed chooses
-    the random fields whose harmonic parts span the space, and so the basis.
+    Shape (2 genus, m, 3), with unit integral of |X|^2; a mesh with h boundary loops has h - 1 more. The harmonic parts
+    of seeded random fields span the space.
 
     >>> from spectral_notes.shapes import sphere, torus
     >>> len(harmonic_fields(sphere(2))), len(harmonic_fields(torus(n_major=24, n_minor=12)))
     (0, 2)
     """
-    mesh = as_mesh(mesh)
-    solvers, rng, areas = _hodge_solvers(mesh), np.random.default_rng(as_count("seed", seed, 0)), face_areas(mesh)
-    normals, found = face_normals(mesh), np.zeros((0, mesh.n_faces, 3))
+    problems, rng, areas = _hodge_problems(as_mesh(mesh)), np.random.default_rng(0), face_areas(mesh)
+    found = np.zeros((0, mesh.n_faces, 3))
     while True:
         drawn = rng.normal(size=(mesh.n_faces, 3))
-        drawn -= (drawn * normals).sum(axis=1)[:, None] * normals
         size = np.sqrt((areas[:, None] * drawn**2).sum())
-        rest = _split(mesh, drawn, *solvers)[2]
+        rest = _split(mesh, drawn, problems)[2]
         for _ in range(2):
             rest = rest - np.einsum("k,kmc->mc", np.einsum("kmc,mc,m->k", found, rest, areas), found)
         length = np.sqrt((areas[:, None] * rest**2).sum())
@@ -244,7 +230,12 @@ def harmonic_fields(mesh: TriangleMesh, *, seed: int = 0) -> FloatArray:
         found = np.concatenate([found, [rest / length]])
 
 
-def _hodge_solvers(mesh: TriangleMesh) -> tuple[sp.csr_array, PoissonSolver, sp.csr_array, PoissonSolver]:
+def _across(X: FloatArray, normals: FloatArray) -> FloatArray:
+    """Return arrows without the part along the normals."""
+    return X - (X * normals).sum(axis=1)[:, None] * normals
+
+
+def _hodge_problems(mesh: TriangleMesh) -> list[tuple[sp.csr_array, PoissonSolver]]:
     """Return gradients of functions at vertices and, turned, at middles of edges, each with its Poisson problem."""
     edges = edge_transport(mesh)
     n, m = mesh.n_vertices, mesh.n_faces
@@ -253,25 +244,22 @@ def _hodge_solvers(mesh: TriangleMesh) -> tuple[sp.csr_array, PoissonSolver, sp.
     inner = np.bincount(number) == 2
     hats = -turned_edges(mesh) / face_areas(mesh)[:, None, None]  # of the edge opposite to each corner: 1 - 2 lambda
     turned = np.cross(face_normals(mesh)[:, None, :], hats)
-    columns = number.reshape(m, 3)[:, [1, 2, 0]][:, :, None]
-    rows, columns = np.broadcast_arrays(np.arange(m)[:, None, None] + m * np.arange(3), columns)
-    T = sp.csr_array((turned.ravel(), (rows.ravel(), columns.ravel())), (3 * m, len(inner)))
-    A, G = face_area_matrix(mesh), gradient_matrix(mesh)
+    T = matrix_of_arrows(turned, number.reshape(m, 3)[:, [1, 2, 0]], len(inner))
     problems = []
-    for D, fixed in ((G, []), (T, np.flatnonzero(~inner))):
-        L = sp.csr_array(D.T @ A @ D)
-        problems.append(PoissonSolver(sp.csr_array((L + L.T) / 2.0), sp.eye_array(L.shape[0], format="csr"), fixed))
-    return G, problems[0], T, problems[1]
+    for D, fixed in ((gradient_matrix(mesh), []), (T, np.flatnonzero(~inner))):
+        L = sp.csr_array(D.T @ face_area_matrix(mesh) @ D)
+        eye = sp.eye_array(L.shape[0], format="csr")
+        problems.append((D, PoissonSolver(sp.csr_array((L + L.T) / 2.0), eye, fixed)))
+    return problems
 
 
 def _split(
-    mesh: TriangleMesh, field: FloatArray, G: sp.csr_array, first: PoissonSolver, T: sp.csr_array, second: PoissonSolver
+    mesh: TriangleMesh, field: FloatArray, problems: list[tuple[sp.csr_array, PoissonSolver]]
 ) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Return the two projections of a field, and what is left."""
+    """Return the two projections of the tangential part of a field, and what is left of it."""
+    field = _across(field, face_normals(mesh))
     x = face_area_matrix(mesh) @ rows_of_arrows(field)
-    gradient, turned = (
-        arrows_of_rows(D @ problem.solve(load=D.T @ x, remove_mean=True)) for D, problem in ((G, first), (T, second))
-    )
+    gradient, turned = (arrows_of_rows(D @ u.solve(load=D.T @ x, remove_mean=True)) for D, u in problems)
     return gradient, turned, field - gradient - turned
 
 
@@ -294,12 +282,6 @@ def _faces_and_lengths(surface: Surface) -> tuple[IntArray, FloatArray]:
     return faces, lengths
 
 
-def _corner_angles(lengths: FloatArray) -> FloatArray:
-    """Return the angle of each corner (m, 3) by the law of cosines."""
-    a, b, c = lengths, np.roll(lengths, -1, axis=1), np.roll(lengths, 1, axis=1)
-    return np.asarray(np.arccos(np.clip((b**2 + c**2 - a**2) / (2.0 * b * c), -1.0, 1.0)))
-
-
 def _fan_angles(
     tails: IntArray, thirds: IntArray, corners: FloatArray, key: IntArray, order: IntArray, n_half: int, n: int
 ) -> FloatArray:
@@ -308,8 +290,6 @@ def _fan_angles(
     starts = np.setdiff1d(np.arange(n_half), following)  # on a rim: no face lies before them
     started = np.zeros(n, dtype=bool)
     started[tails[starts]] = True
-    if len(starts) > started.sum():
-        raise ValueError("surface must have one fan of faces at each vertex; health(mesh) counts those with several")
     inner = np.unique(tails, return_index=True)[1]
     here = np.concatenate([starts, inner[~started[tails[inner]]]])
     angles = np.full(len(key), np.nan)
@@ -319,17 +299,9 @@ def _fan_angles(
         fresh = np.isnan(angles[there])
         angles[there[fresh]] = (angles[here] + corners[here])[fresh]
         here = there[fresh & (there < n_half)]
-    if np.isnan(angles).any():
+    if len(starts) > started.sum() or np.isnan(angles).any():
         raise ValueError("surface must have one fan of faces at each vertex; health(mesh) counts those with several")
     return angles
-
-
-def _first_edges(edges: Transport) -> IntArray:
-    """Return for each vertex the edge from which its angles count."""
-    first = np.zeros(len(edges.vertex_areas), dtype=np.int64)
-    zero = np.flatnonzero(edges.angles == 0.0)
-    first[edges.tails[zero]] = zero
-    return first
 
 
 def _field(z: ArrayLike, n: int) -> ComplexArray:

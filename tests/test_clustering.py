@@ -19,8 +19,6 @@ from spectral_notes.graphs import neighbor_graph, path_graph, ring_graph, weight
 from spectral_notes.laplacians import cotan_laplacian, graph_laplacian, interval_laplacian
 from spectral_notes.meshes import TriangleMesh, connected_components
 
-SEEDINGS = ("farthest", "qr")
-
 
 @pytest.fixture(scope="module")
 def standing() -> Eigenbasis:
@@ -85,20 +83,18 @@ def test_domain_without_zero_mode_keeps_all_modes() -> None:
 # --- clusters -------------------------------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize("seeding", SEEDINGS)
-def test_components_are_found_exactly(three_spheres: TriangleMesh, seeding: str) -> None:
+def test_components_are_found_exactly(three_spheres: TriangleMesh) -> None:
     basis = compute_eigenbasis(*cotan_laplacian(three_spheres), k=6)
     rows = clustering.spectral_embedding(basis, 2, weights="none")
     with_constant = np.c_[np.ones(basis.n), rows]  # moves all rows alike; "qr" needs as many columns as clusters
-    labels = clustering.spectral_clusters(with_constant, 3, mass=basis.M.diagonal(), seeding=seeding)
+    labels = clustering.spectral_clusters(with_constant, 3, mass=basis.M.diagonal())
     assert adjusted_rand_score(labels, connected_components(three_spheres)) == 1.0
 
 
-@pytest.mark.parametrize("seeding", SEEDINGS)
-def test_cliques_are_found_exactly(seeding: str) -> None:
+def test_cliques_are_found_exactly() -> None:
     W, truth = cliques(12, 8, 6, 9)
     basis = compute_eigenbasis(*graph_laplacian(W, mass="degree"), k=5)
-    labels = clustering.spectral_clusters(basis.evecs[:, :4], 4, mass=basis.M.diagonal(), seeding=seeding)
+    labels = clustering.spectral_clusters(basis.evecs[:, :4], 4, mass=basis.M.diagonal())
     assert adjusted_rand_score(labels, truth) == 1.0
 
 
@@ -113,23 +109,21 @@ def test_point_cloud_goes_through_the_same_functions() -> None:
     assert adjusted_rand_score(clustering.spectral_clusters(rings, 2), truth) < 0.1
 
 
-@pytest.mark.parametrize("seeding", SEEDINGS)
-def test_signs_and_rotations_change_nothing(standing: Eigenbasis, seeding: str) -> None:
+def test_signs_and_rotations_change_nothing(standing: Eigenbasis) -> None:
     rng = np.random.default_rng(1)
     rows, mass = clustering.spectral_embedding(standing, 8), standing.M.diagonal()
-    labels = clustering.spectral_clusters(rows, 7, mass=mass, seeding=seeding)
+    labels = clustering.spectral_clusters(rows, 7, mass=mass)
     for turn in (np.diag(rng.choice([-1.0, 1.0], 8)), np.linalg.qr(rng.normal(size=(8, 8)))[0]):
-        turned = clustering.spectral_clusters(rows @ turn, 7, mass=mass, seeding=seeding)
+        turned = clustering.spectral_clusters(rows @ turn, 7, mass=mass)
         assert adjusted_rand_score(labels, turned) == 1.0
 
 
-@pytest.mark.parametrize("seeding", SEEDINGS)
-def test_runs_agree_to_the_last_label(standing: Eigenbasis, seeding: str) -> None:
+def test_runs_agree_to_the_last_label(standing: Eigenbasis) -> None:
     rows, mass = clustering.spectral_embedding(standing, 8), standing.M.diagonal()
     runs = []
     for state in range(3):
         np.random.seed(state)  # noqa: NPY002  (the global state must not matter)
-        runs.append(clustering.spectral_clusters(rows, 8, mass=mass, seeding=seeding))
+        runs.append(clustering.spectral_clusters(rows, 8, mass=mass))
     assert (runs[0] == runs[1]).all() and (runs[0] == runs[2]).all()
 
 
@@ -153,8 +147,7 @@ def split_faces(mesh: TriangleMesh, marked: np.ndarray) -> TriangleMesh:
     return TriangleMesh(vertices, np.vstack([mesh.faces[~marked], new]))
 
 
-@pytest.mark.parametrize("seeding", SEEDINGS)
-def test_masses_undo_uneven_sampling(standing: Eigenbasis, seeding: str) -> None:
+def test_masses_undo_uneven_sampling(standing: Eigenbasis) -> None:
     doll = uneven = shapes.doll()
     for _ in range(2):
         uneven = split_faces(uneven, uneven.vertices[uneven.faces].mean(axis=1)[:, 0] > 0.05)
@@ -164,7 +157,7 @@ def test_masses_undo_uneven_sampling(standing: Eigenbasis, seeding: str) -> None
     for weighted in (True, False):
         labels = [
             clustering.spectral_clusters(
-                clustering.spectral_embedding(b, 8), 6, mass=b.M.diagonal() if weighted else None, seeding=seeding
+                clustering.spectral_embedding(b, 8), 6, mass=b.M.diagonal() if weighted else None
             )
             for b in (standing, dense)
         ]
@@ -190,11 +183,6 @@ def test_farthest_seeds_cover_as_well_as_twice_the_best(n_seeds: int, seed: int)
     apart = np.linalg.norm(rows[seeds][:, None] - rows[seeds], axis=2)[np.triu_indices(n_seeds + 1, 1)]
     covered = np.linalg.norm(rows[:, None] - rows[seeds[:-1]], axis=2).min(axis=1).max()
     assert covered <= apart.min() + 1e-12  # Gonzalez: the next seed is the worst covered, and no two are closer
-
-
-def test_qr_seeds_are_orthogonal_where_rows_are() -> None:
-    rows = np.repeat(np.diag([3.0, 1.0, 2.0]), 4, axis=0)
-    assert sorted(clustering.seed_rows(rows, 3, seeding="qr") // 4) == [0, 1, 2]
 
 
 # --- gaps and cuts --------------------------------------------------------------------------------------------------
@@ -265,11 +253,8 @@ ROWS = np.arange(12.0).reshape(6, 2)
         (lambda b: clustering.spectral_clusters(ROWS * np.nan, 2), ValueError, "rows must hold finite numbers"),
         (lambda b: clustering.spectral_clusters(ROWS[0], 2), ValueError, r"rows must have shape \(n, d\)"),
         (lambda b: clustering.spectral_clusters(ROWS, 2, mass=np.ones(5)), ValueError, r"mass must have shape \(6,\)"),
-        (lambda b: clustering.spectral_clusters(ROWS, 2, mass=np.arange(6)), ValueError, "mass must be positive; found 0 at 0"),
-        (lambda b: clustering.spectral_clusters(ROWS, 2, seeding="random"), ValueError, "seeding must be one of 'farthest', 'qr'"),
+        (lambda b: clustering.spectral_clusters(ROWS, 2, mass=np.arange(6)), ValueError, "mass must be positive; found 0"),
         (lambda b: clustering.spectral_clusters(np.repeat(ROWS, 2, axis=0), 7), ValueError, "at most 6, the number of different rows; got 7"),
-        (lambda b: clustering.spectral_clusters(ROWS, 3, seeding="qr"), ValueError, "at most 2, the rank of the rows.*seeding='farthest'"),
-        (lambda b: clustering.seed_rows(np.zeros((4, 2)), 1, seeding="qr"), ValueError, "at most 0, the rank"),
         (lambda b: clustering.normalized_cut(*graph_laplacian(path_graph(4)), [0, 0, 2, 2]), ValueError, "labels must leave no number out; no sample has 1"),
         (lambda b: clustering.normalized_cut(*graph_laplacian(path_graph(4)), [0, 0, 1]), ValueError, r"labels must have shape \(4,\)"),
         (lambda b: clustering.normalized_cut(*graph_laplacian(path_graph(4)), [0.0, 0, 1, 1]), TypeError, "labels must hold integers"),

@@ -141,7 +141,8 @@ def test_constant_and_alternating_signals_keep_their_height(transform: Transform
 @pytest.mark.parametrize("n", SIZES)
 def test_synthesis_undoes_analysis(transform: Transform, n: int) -> None:
     f = random_signal(n, seed=1)
-    np.testing.assert_allclose(fourier.synthesize_series(*transform(f)), f, atol=1e-12)
+    (a, b), (psi, chi) = transform(f), fourier.fourier_matrices(n)
+    np.testing.assert_allclose(psi.T @ a + chi.T @ b, f, atol=1e-12)
 
 
 @given(st.lists(st.floats(-1e3, 1e3), min_size=1, max_size=40))
@@ -240,16 +241,15 @@ def test_signals_must_be_finite_real_vectors(transform: Transform) -> None:
         transform([1.0, 1j])
 
 
-@pytest.mark.parametrize("convert", [fourier.synthesize_series, fourier.half_coefficients])
-def test_pairs_of_coefficients_must_belong_to_a_real_signal(convert: Callable[..., object]) -> None:
+def test_pairs_of_coefficients_must_belong_to_a_real_signal() -> None:
     with pytest.raises(ValueError, match="the length of a must be at least 1; got 0"):
-        convert([], [])
+        fourier.half_coefficients([], [])
     with pytest.raises(ValueError, match=r"b must have shape \(3,\); got \(2,\)"):
-        convert([1.0, 0.0, 0.0], [0.0, 0.0])
+        fourier.half_coefficients([1.0, 0.0, 0.0], [0.0, 0.0])
     with pytest.raises(ValueError, match=r"a must satisfy a\[n - k\] = a\[k\], .* it is off by 2"):
-        convert([1.0, 2.0, 0.0], [0.0, 0.0, 0.0])
+        fourier.half_coefficients([1.0, 2.0, 0.0], [0.0, 0.0, 0.0])
     with pytest.raises(ValueError, match=r"b must satisfy b\[n - k\] = -b\[k\], .* it is off by 4"):
-        convert([1.0, 0.0, 0.0], [0.0, 2.0, 2.0])
+        fourier.half_coefficients([1.0, 0.0, 0.0], [0.0, 2.0, 2.0])
 
 
 @pytest.mark.parametrize("keep", [fourier.keep_first, fourier.keep_largest])

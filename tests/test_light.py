@@ -136,7 +136,7 @@ def test_metamer_does_not_depend_on_the_visible_part_or_the_size_of_the_directio
             r"powers must have shape \(1,\); got \(2,\)",
         ),
         (lambda: signals.line_spectrum([500.0], [1.0], [1.0], width=-1), ValueError, "width must be greater than 0; got -1"),
-        (lambda: signals.blackbody_spectrum([0.0], 5000.0), ValueError, "wavelengths must be positive; found 0 nm"),
+        (lambda: signals.blackbody_spectrum([0.0], 5000.0), ValueError, "wavelengths must be positive; found 0"),
         (lambda: signals.blackbody_spectrum([500.0], 0.0), ValueError, "temperature must be greater than 0; got 0"),
         (lambda: signals.blackbody_spectrum(["a"], 1.0), TypeError, "wavelengths must be an array of real numbers"),
         (lambda: signals.colour_matching(500.0), ValueError, r"wavelengths must have shape \(n,\); got \(\)"),

@@ -20,7 +20,7 @@ from spectral_notes import plotting
 from spectral_notes.diffusion import heat, point_source
 from spectral_notes.eigenbasis import Eigenbasis, compute_eigenbasis
 from spectral_notes.files import read_mesh
-from spectral_notes.fourier import dft_by_fft, half_coefficients, synthesize_series
+from spectral_notes.fourier import dft_by_fft, fourier_matrices, half_coefficients
 from spectral_notes.functional_maps import functional_map
 from spectral_notes.labs.data import LabData, in_unit_area, modes_data, quantise, surface_data
 from spectral_notes.labs.recipes import arrows_data, cap_data, filter_data, map_data, parts_data
@@ -142,7 +142,8 @@ def still_of_fourier() -> Figure:
     low = np.minimum(np.arange(128), 128 - np.arange(128)) <= 9
     figure, (left, right) = plt.subplots(1, 2, figsize=(8.0, 2.6))
     left.plot(f, color="0.7")
-    left.plot(synthesize_series(a * low, b * low))
+    psi, chi = fourier_matrices(128)
+    left.plot(psi.T @ (a * low) + chi.T @ (b * low))
     left.set(xlabel="sample n", ylabel="f")
     right.bar(np.arange(65), np.hypot(*half_coefficients(a, b)))
     right.set(xlabel="frequency k", ylabel="amplitude")
