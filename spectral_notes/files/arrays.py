@@ -67,11 +67,10 @@ def write_arrays(
     n = len(positions(shape))
     fitting = {name: _as_function(name, values, n) for name, values in arrays.items()}
     flat = columns(fitting)
-    if colors:
-        as_choice("colors", colors, tuple(flat))
     tints: Columns = {}
     if colors:
-        tints = dict(zip(("red", "green", "blue"), shades(shape, flat[colors], kind).T, strict=True))
+        shown = flat[as_choice("colors", colors, tuple(flat))]
+        tints = dict(zip(("red", "green", "blue"), shades(shape, shown, kind).T, strict=True))
     writers = {
         ".vtp": lambda place: write_vtp(place, shape, flat),
         ".ply": lambda place: write_ply(place, shape, flat | tints),

@@ -12,7 +12,7 @@ from pathlib import Path
 
 import numpy as np
 
-from spectral_notes._checks import FloatArray, Refusal, as_choice, as_instance
+from spectral_notes._checks import Refusal, as_choice, as_instance
 from spectral_notes.files.foreign import MODULES, read_foreign
 from spectral_notes.files.packed import UNPACKERS, ending_of, unpacked
 from spectral_notes.files.parsing import parse_obj, parse_off, parse_stl, parse_xyz
@@ -134,20 +134,14 @@ def shape_of(
     try:
         polygons = checked_polygons(polygons, clean=clean)
         if not len(polygons.sizes):
-            return _cloud(polygons.vertices, name, clean)
+            points = polygons.vertices
+            if clean:
+                points = points[np.sort(np.unique(points + 0.0, axis=0, return_index=True)[1])]
+            return PointCloud(points, name)
         mesh = mesh_of(polygons, name)
         return clean_mesh(mesh.vertices, mesh.faces, name) if clean or ending_of(suffix) in REPEATING else mesh
     except ValueError as error:
         raise Refusal(f"$path must hold a valid mesh; {where}: {getattr(error, 'text', error)}") from error
-
-
-def _cloud(points: FloatArray, name: str, clean: bool) -> PointCloud:
-    """A point cloud, without its repeated points if wanted."""
-    cloud = PointCloud(points, name)
-    if not clean:
-        return cloud
-    _, first = np.unique(cloud.points + 0.0, axis=0, return_index=True)
-    return PointCloud(cloud.points[np.sort(first)], name)
 
 
 def write_mesh(path: str | os.PathLike[str], mesh: TriangleMesh) -> None:

@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 from spectral_notes._checks import FloatArray, IntArray
 from spectral_notes.files.polygons import Polygons
 
-Line = tuple[int, bytes]  # its number in the file, counted from 1, and what it says
+Line = tuple[int | str, bytes]  # its number in the file, counted from 1, or its place in words; and what it says
 
 FACET = np.dtype([("normal", "<f4", 3), ("corners", "<f4", (3, 3)), ("attribute", "<u2")])
 STL_HEADER = 84  # bytes before the first triangle of a binary file
@@ -177,15 +177,6 @@ def _is_heading(line: bytes, below: int) -> bool:
     return not any(_is_number(word, np.float64) for word in words) and re.search(rb"[A-Za-z]", line) is not None
 
 
-def as_values(words: Sequence[bytes], dtype: type, place: str) -> NDArray[Any]:
-    """Return words as numbers; raise a ValueError that names the place and the word where one is none."""
-    values = _parsed(b" ".join(words), dtype)
-    if len(values) != len(words):
-        word = next((word for word in words if not _is_number(word, dtype)), b"")
-        raise ValueError(_no_number(place, word, _kind(dtype)))
-    return values
-
-
 def as_table(lines: Sequence[Line], dtype: type) -> tuple[NDArray[Any], IntArray]:
     """Return the numbers of all lines as one array, and how many each line has."""
     sizes = np.fromiter((len(line.split()) for _, line in lines), np.int64, len(lines))
@@ -194,7 +185,7 @@ def as_table(lines: Sequence[Line], dtype: type) -> tuple[NDArray[Any], IntArray
         for number, line in lines:
             for word in line.split():
                 if not _is_number(word, dtype):
-                    raise ValueError(_no_number(number, word, _kind(dtype)))
+                    raise ValueError(_no_number(number, word, "an integer" if dtype is np.int64 else "a number"))
     return values, sizes
 
 
@@ -212,11 +203,6 @@ def _parsed(text: bytes, dtype: type) -> NDArray[Any]:
 def _is_number(word: bytes, dtype: type) -> bool:
     """Whether one word is one number."""
     return len(_parsed(word, dtype)) == 1
-
-
-def _kind(dtype: type) -> str:
-    """What a word should have been."""
-    return "an integer" if dtype is np.int64 else "a number"
 
 
 def _no_number(place: int | str, word: bytes, kind: str) -> str:

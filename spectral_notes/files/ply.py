@@ -7,7 +7,7 @@ without lists, and lists that all have the length of the first, are read at once
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -127,7 +127,7 @@ def _text_rows(body: bytes, above: int, elements: list[Element]) -> Iterator[tup
         at += element.count
 
 
-def _text_column(lines: list[Line], element: Element) -> Column:
+def _text_column(lines: Sequence[Line], element: Element) -> Column:
     """The columns of one element's lines; only those that are asked for are read as numbers."""
 
     def column(wanted: int) -> tuple[NDArray[Any], IntArray]:
@@ -155,7 +155,8 @@ def _binary_rows(
     """The columns of each element of a binary file."""
     at = 0
     for element in elements:
-        sizes = _first_sizes(body, at, element, order)
+        first_row = _row_by_row(body, at, replace(element, count=1), order)[0]
+        sizes = [int(lengths[0]) for _, lengths in first_row]
         dtype = _row_type(element, order, sizes)
         lists = [i for i, prop in enumerate(element.properties) if prop.length_kind]
         table = np.frombuffer(body, dtype, min(element.count, (len(body) - at) // max(dtype.itemsize, 1)), at)
@@ -165,18 +166,6 @@ def _binary_rows(
         else:
             columns, at = _row_by_row(body, at, element, order)
             yield element, columns.__getitem__, None
-
-
-def _first_sizes(body: bytes, at: int, element: Element, order: str) -> list[int]:
-    """The lengths of the first row's lists, 1 for a number."""
-    sizes = []
-    for prop in element.properties:
-        size = 1
-        if prop.length_kind:
-            size, at = _number(body, at, order + prop.length_kind, element.name)
-        sizes.append(size)
-        at += _checked(size, body, at, prop, element.name)
-    return sizes
 
 
 def _row_type(element: Element, order: str, sizes: list[int]) -> np.dtype:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -85,7 +85,13 @@ def checked_polygons(polygons: Polygons, *, clean: bool) -> Polygons:
         place = _place("polygon", worst, polygons.polygon_lines)
         mended = "" if broken.all() else "; $reclean drops such faces"
         raise Refusal(f"{place}: {fault}: {named}{mended}")
-    return _selected(polygons, ~broken) if broken.any() else polygons
+    if not broken.any():
+        return polygons
+    kept = ~broken
+    lines = None if polygons.polygon_lines is None else polygons.polygon_lines[kept]
+    return replace(
+        polygons, corners=polygons.corners[kept[polygons.owners]], sizes=polygons.sizes[kept], polygon_lines=lines
+    )
 
 
 def _place(kind: str, number: int, lines: IntArray | None) -> str:
@@ -100,13 +106,6 @@ def _broken(polygons: Polygons) -> NDArray[np.bool_]:
     a, b, c = (polygons.corners[polygons.starts[triangles] + i] for i in range(3))
     broken[triangles] = (a == b) | (b == c) | (c == a)
     return broken
-
-
-def _selected(polygons: Polygons, kept: NDArray[np.bool_]) -> Polygons:
-    """Some of the polygons."""
-    lines = None if polygons.polygon_lines is None else polygons.polygon_lines[kept]
-    corners = polygons.corners[kept[polygons.owners]]
-    return Polygons(polygons.vertices, corners, polygons.sizes[kept], polygons.vertex_lines, lines, polygons.first)
 
 
 def triangles_of(polygons: Polygons) -> IntArray:

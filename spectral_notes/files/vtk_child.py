@@ -16,14 +16,10 @@ def main(source: str, target: str) -> None:
         data = data.triangulate()
     if not data.n_points:
         raise SystemExit("it finds no point in it")
-    packed, place, corners, sizes = np.asarray(data.faces), 0, [], []
-    while place < len(packed):
-        sizes.append(int(packed[place]))
-        corners.append(packed[place + 1 : place + 1 + sizes[-1]])
-        place += 1 + sizes[-1]
-    joined = np.concatenate([np.zeros(0, np.int64), *corners])
+    cells = data.GetPolys()
+    corners, ends = (pv.convert_array(part) for part in (cells.GetConnectivityArray(), cells.GetOffsetsArray()))
     vertices = np.asarray(data.points, dtype=np.float64)
-    np.savez(target, vertices=vertices, corners=joined.astype(np.int64), sizes=np.array(sizes, dtype=np.int64))
+    np.savez(target, vertices=vertices, corners=corners.astype(np.int64), sizes=np.diff(ends).astype(np.int64))
 
 
 if __name__ == "__main__":

@@ -19,7 +19,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from spectral_notes._checks import FloatArray, IntArray
-from spectral_notes.files.parsing import as_doubles, as_values, without_mark
+from spectral_notes.files.parsing import as_doubles, as_table, without_mark
 from spectral_notes.files.polygons import Polygons, strips
 
 TYPES = {
@@ -114,7 +114,7 @@ def _array(piece: ElementTree.Element, place: str, encoding: Encoding, count: in
     kind = TYPES[str(node.get("type"))]
     content = (node.text or "").encode()
     if node.get("format") == "ascii":
-        values = as_values(content.split(), np.float64 if kind[0] == "f" else np.int64, f"array {place}")
+        values = as_table([(f"array {place}", content)], np.float64 if kind[0] == "f" else np.int64)[0]
     else:
         if node.get("format") == "appended":
             start = int(node.get("offset") or 0)

@@ -58,8 +58,7 @@ def conformal_map(mesh: TriangleMesh) -> FloatArray:
 
     def invert(c: FloatArray) -> FloatArray:
         """Apply the inverse on the rim, to what has mean zero there."""
-        w = spread(_centred(c))[on_rim]
-        return _centred(w)
+        return _centred(spread(_centred(c))[on_rim])
 
     start = np.sin(np.arange(1.0, len(on_rim) + 1))
     on_the_rim = LinearOperator((len(on_rim), len(on_rim)), matvec=invert, dtype=np.float64)

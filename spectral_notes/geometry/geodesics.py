@@ -10,7 +10,6 @@ from typing import Any
 
 import igl
 import numpy as np
-import scipy.sparse as sp
 from numpy.typing import ArrayLike
 
 from spectral_notes._checks import FloatArray, IntArray, as_floats, as_indices
@@ -18,9 +17,11 @@ from spectral_notes.meshes import (
     TriangleMesh,
     as_mesh,
     connected_components,
+    edge_lengths,
     edges,
     face_normals,
     flat_faces,
+    pieces_of_graph,
     row_norms,
 )
 
@@ -99,11 +100,9 @@ def _points_of_short_edges(mesh: TriangleMesh) -> IntArray:
     np.minimum.at(low, piece, mesh.vertices)
     np.minimum.at(high, piece, -mesh.vertices)
     size = (-high - low).max(axis=1)[piece]
-    i, j = edges(mesh).T
-    short = row_norms(mesh.vertices[i] - mesh.vertices[j]) <= SHORT * size[i]
-    graph = sp.csr_array((np.ones(short.sum()), (i[short], j[short])), (mesh.n_vertices, mesh.n_vertices))
-    label = sp.csgraph.connected_components(graph, directed=False)[1]
-    point = np.unique(label, return_index=True)[1][label].astype(np.int64)
+    pairs = edges(mesh)
+    label = pieces_of_graph(pairs[edge_lengths(mesh) <= SHORT * size[pairs[:, 0]]], mesh.n_vertices)
+    point = np.unique(label, return_index=True)[1][label]
     strays = row_norms(mesh.vertices - mesh.vertices[point]) > 10.0 * SHORT * size
     if strays.any():
         raise ValueError(
@@ -122,10 +121,9 @@ def _fans(faces: IntArray) -> tuple[IntArray, IntArray]:
     low, high = np.where(start < end, (here, there), (there, here))[:, order]  # corners at the ends of each half edge
     flat = faces.ravel()
     twins = (flat[low[1:]] == flat[low[:-1]]) & (flat[high[1:]] == flat[high[:-1]])
-    i, j = np.r_[low[1:][twins], high[1:][twins]], np.r_[low[:-1][twins], high[:-1][twins]]
-    graph = sp.csr_array((np.ones(len(i)), (i, j)), (len(flat), len(flat)))
-    label = sp.csgraph.connected_components(graph, directed=False)[1]
-    return label.reshape(-1, 3).astype(np.int64), flat[np.unique(label, return_index=True)[1]]
+    pairs = np.concatenate([np.c_[ends[1:], ends[:-1]][twins] for ends in (low, high)])
+    label = pieces_of_graph(pairs, len(flat))
+    return label.reshape(-1, 3), flat[np.unique(label, return_index=True)[1]]
 
 
 def _distances_in_pieces(vertices: FloatArray, faces: IntArray, starts: IntArray) -> FloatArray:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import igl
 import numpy as np
-import scipy.sparse as sp
 from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
@@ -16,6 +15,7 @@ from spectral_notes.meshes import (
     connected_components,
     edges_with_counts,
     face_areas,
+    pieces_of_graph,
 )
 
 
@@ -43,9 +43,7 @@ def weld_vertices(mesh: TriangleMesh, tolerance: float) -> TriangleMesh:
     if tolerance and tolerance >= diagonal / 8:
         raise ValueError(f"tolerance must be well below the size of the mesh, {diagonal:.3g}; got {tolerance:g}")
     vertices = mesh.vertices - mesh.vertices.mean(axis=0)
-    pairs = cKDTree(vertices).query_pairs(tolerance, output_type="ndarray")
-    graph = sp.csr_array((np.ones(len(pairs)), (pairs[:, 0], pairs[:, 1])), (mesh.n_vertices, mesh.n_vertices))
-    _, group = sp.csgraph.connected_components(graph, directed=False)
+    group = pieces_of_graph(cKDTree(vertices).query_pairs(tolerance, output_type="ndarray"), mesh.n_vertices)
     _, first = np.unique(group, return_index=True)
     return clean_mesh(mesh.vertices, first[group][mesh.faces], mesh.name)
 
@@ -66,7 +64,6 @@ def keep_pieces(mesh: TriangleMesh, *, smallest: float = 0.0, largest_only: bool
     >>> keep_pieces(two, largest_only=True).n_faces
     1
     """
-    mesh = as_mesh(mesh)
     smallest = as_number("smallest", smallest, low=0.0)
     if smallest > 1.0:
         raise ValueError(f"smallest must be a share of the largest piece, at most 1; got {smallest:g}")
@@ -92,15 +89,10 @@ def orient_faces(mesh: TriangleMesh) -> TriangleMesh:
     """
     mesh = as_mesh(mesh)
     faces, patch = (np.asarray(array) for array in igl.bfs_orient(mesh.faces))
-    turned = (faces != mesh.faces).any(axis=1) & ~_same_turn(faces, mesh.faces)
+    turned = ~np.any([(np.roll(faces, k, axis=1) == mesh.faces).all(axis=1) for k in range(3)], axis=0)
     most = np.bincount(patch, np.where(turned, -1.0, 1.0) * face_areas(mesh)) < 0
     agreed = TriangleMesh(mesh.vertices, _flipped(faces, most[patch]), mesh.name)
     return TriangleMesh(mesh.vertices, _flipped(agreed.faces, wrong_side_out(agreed)), mesh.name)
-
-
-def _same_turn(faces: IntArray, others: IntArray) -> NDArray[np.bool_]:
-    """Whether each face goes round its corners as the other does."""
-    return np.any([(np.roll(faces, k, axis=1) == others).all(axis=1) for k in range(3)], axis=0)
 
 
 def _flipped(faces: IntArray, which: NDArray[np.bool_]) -> IntArray:
@@ -122,17 +114,15 @@ def wrong_side_out(mesh: TriangleMesh) -> NDArray[np.bool_]:
     a, b, c = (mesh.vertices[mesh.faces] - mesh.vertices.mean(axis=0)).transpose(1, 0, 2)
     volume = np.bincount(owner, np.einsum("fd,fd->f", a, np.cross(b, c)), len(sound))
     closed = np.flatnonzero(sound)
-    first = np.unique(owner, return_index=True)
+    corner_of = dict(zip(owner.tolist(), mesh.faces[:, 0].tolist(), strict=True))
     low, high = np.full((len(sound), 3), np.inf), np.full((len(sound), 3), -np.inf)
     np.minimum.at(low, piece, mesh.vertices)
     np.maximum.at(high, piece, mesh.vertices)
-    face_of = dict(zip(first[0].tolist(), first[1].tolist(), strict=True))
     depth = np.zeros(len(sound), dtype=np.int64)
-    for number in closed:
+    for number in closed.tolist():
         around = closed[((low[closed] < low[number]) & (high[number] < high[closed])).all(axis=1)]
         for other in around:
-            point = mesh.vertices[mesh.faces[face_of[int(number)], :1]]
-            turns = igl.winding_number(mesh.vertices, mesh.faces[owner == other], point)
+            turns = igl.winding_number(mesh.vertices, mesh.faces[owner == other], mesh.vertices[[corner_of[number]]])
             depth[number] += round(abs(float(np.asarray(turns).ravel()[0])))
     wrong = sound & (volume != 0) & ((volume > 0) == (depth % 2 == 1))
     return wrong[owner]

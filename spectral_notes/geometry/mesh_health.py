@@ -7,20 +7,19 @@ from dataclasses import dataclass
 
 import igl
 import numpy as np
-import scipy.sparse as sp
 
-from spectral_notes._checks import REMEDIES, IntArray, as_number, named
+from spectral_notes._checks import REMEDIES, as_number, named
 from spectral_notes.geometry.crossings import crossing_faces, near_duplicates, t_junctions
 from spectral_notes.geometry.mending import misoriented_edges, wrong_side_out
 from spectral_notes.meshes import (
     TriangleMesh,
-    as_mesh,
     connected_components,
     corner_angles,
     edges_with_counts,
     euler_characteristic,
     flat_faces,
     is_closed,
+    pieces_of_graph,
     signed_volume,
 )
 
@@ -120,7 +119,6 @@ def health(
     boundary edges: 4
         The surface has a boundary, whose condition is Neumann's unless you fix values there.
     """
-    mesh = as_mesh(mesh)
     sliver_angle = as_number("sliver_angle", sliver_angle, above=0.0)
     pairs, counts = edges_with_counts(mesh)
     used = np.unique(mesh.faces)
@@ -144,16 +142,10 @@ def health(
         "boundary_edges": int((counts == 1).sum()),
     }
     components = len(np.unique(connected_components(mesh)[used]))
-    loops = _loops(pairs[counts == 1], mesh.n_vertices)
+    rim = pairs[counts == 1]
+    loops = len(np.unique(pieces_of_graph(rim, mesh.n_vertices)[rim]))
     chi = euler_characteristic(mesh)
     whole = not any(faults[name] for name in ("nonmanifold_edges", "nonmanifold_vertices", "misoriented_edges"))
     genus = (2 * components - loops - chi) // 2 if whole else None
     volume = signed_volume(mesh) if is_closed(mesh) and not faults["misoriented_edges"] else None
     return MeshHealth(mesh.n_vertices, len(pairs), mesh.n_faces, components, loops, chi, genus, faults, volume, width)
-
-
-def _loops(boundary: IntArray, n: int) -> int:
-    """Pieces of the graph of boundary edges."""
-    graph = sp.csr_array((np.ones(len(boundary)), (boundary[:, 0], boundary[:, 1])), (n, n))
-    labels = sp.csgraph.connected_components(graph, directed=False)[1]
-    return len(np.unique(labels[np.unique(boundary)]))

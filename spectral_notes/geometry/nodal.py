@@ -3,11 +3,10 @@
 from __future__ import annotations
 
 import numpy as np
-import scipy.sparse as sp
 from numpy.typing import ArrayLike
 
 from spectral_notes._checks import IntArray, as_floats, as_number
-from spectral_notes.meshes import TriangleMesh, edges
+from spectral_notes.meshes import TriangleMesh, edges, pieces_of_graph
 
 
 def nodal_domains(mesh: TriangleMesh, f: ArrayLike, *, tol: float = 0.0) -> IntArray:
@@ -31,10 +30,8 @@ def nodal_domains(mesh: TriangleMesh, f: ArrayLike, *, tol: float = 0.0) -> IntA
     values = as_floats("f", f, (mesh.n_vertices,))
     tol = as_number("tol", tol, low=0.0)
     sign = np.where(np.abs(values) <= tol * np.abs(values).max(), 0.0, np.sign(values))
-    i, j = edges(mesh).T
-    same = sign[i] * sign[j] > 0
-    joined = sp.csr_array((np.ones(same.sum()), (i[same], j[same])), (mesh.n_vertices, mesh.n_vertices))
-    _, pieces = sp.csgraph.connected_components(joined, directed=False)
+    pairs = edges(mesh)
+    pieces = pieces_of_graph(pairs[sign[pairs].prod(axis=1) > 0], mesh.n_vertices)
     labels = np.full(mesh.n_vertices, -1, dtype=np.int64)
     inside = sign != 0
     _, first, which = np.unique(pieces[inside], return_index=True, return_inverse=True)

@@ -1,7 +1,8 @@
 """Surfaces given by a formula of two parameters: tangent vectors, metric, lengths, areas and curvatures.
 
 A surface is any function of two arrays `u` and `v` of one shape that returns the points, with a last axis of three.
-Derivatives are taken numerically, so the formula is all that is needed.
+Derivatives are taken numerically, so the formula is all that is needed. The arguments `surface`, `u` and `v` mean the
+same everywhere; see `tangent_vectors`.
 """
 
 from __future__ import annotations
@@ -22,9 +23,7 @@ STEP = 2e-3  # of the differences: truncation h^4 / 30 and rounding 1e-16 / h^2 
 
 
 def torus_surface(R: float = 1.0, r: float = 0.4) -> Surface:
-    r"""Return the torus of `shapes.torus` as a function of its two angles, arrays of one shape, to points (..., 3).
-
-    .. math:: (u, v) \mapsto ((R + r\cos v)\cos u,\ (R + r\cos v)\sin u,\ r\sin v)
+    """Return the torus of `shapes.torus` as a function of its two angles, arrays of one shape, to points (..., 3).
 
     Parameters
     ----------
@@ -106,10 +105,6 @@ def first_fundamental_form(surface: Surface, u: ArrayLike, v: ArrayLike) -> Floa
 
     Positive definite where the tangent vectors are independent; singular where the chart collapses.
 
-    Parameters
-    ----------
-    surface, u, v : as in `tangent_vectors`
-
     Examples
     --------
     >>> first_fundamental_form(torus_surface(), 0.0, 0.0).round(9).tolist()
@@ -126,10 +121,6 @@ def second_fundamental_form(surface: Surface, u: ArrayLike, v: ArrayLike) -> Flo
 
     Symmetric, (..., 2, 2). Most books have the opposite sign; this one makes an outward normal see a sphere as
     positive. Second derivatives by fourth-order differences, to about 1e-10 where the formula has unit scales.
-
-    Parameters
-    ----------
-    surface, u, v : as in `tangent_vectors`
 
     Examples
     --------
@@ -153,10 +144,6 @@ def surface_curvatures(surface: Surface, u: ArrayLike, v: ArrayLike) -> tuple[Fl
     In 1 / squared unit and 1 / unit of the points; not a number where the chart collapses. Exchanging u and v turns the
     normal and the sign of H, never that of K (Gray, Abbena and Salamon, "Modern Differential Geometry of Curves and
     Surfaces", 2006, chapter 13).
-
-    Parameters
-    ----------
-    surface, u, v : as in `tangent_vectors`
 
     Examples
     --------

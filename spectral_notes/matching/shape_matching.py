@@ -29,7 +29,7 @@ from spectral_notes.meshes import (
     is_closed,
     signed_volume,
 )
-from spectral_notes.shapes.resampling import coarse_copy
+from spectral_notes.shapes.sampling import coarse_copy
 
 Meshes = tuple[TriangleMesh, TriangleMesh]
 Bases = tuple[Eigenbasis, Eigenbasis]

@@ -22,9 +22,8 @@ from spectral_notes.shapes.references import (
     spherical_harmonics,
     weyl_count,
 )
-from spectral_notes.shapes.resampling import coarse_copy
 from spectral_notes.shapes.revolution import Profile, egg_eigenvalues, revolution_eigenvalues, torus_eigenvalues
-from spectral_notes.shapes.sampling import sample_points, terrain
+from spectral_notes.shapes.sampling import coarse_copy, sample_points, terrain
 from spectral_notes.shapes.surfaces import egg, potato, sphere, torus, torus_patch
 from spectral_notes.shapes.voxels import (
     VoxelGrid,

@@ -11,26 +11,13 @@ from spectral_notes._checks import FloatArray, IntArray, as_count, as_number
 from spectral_notes.meshes import TriangleMesh
 from spectral_notes.shapes.triangulations import grid_faces, ring_coordinates, ring_faces, split_triangle
 
-# The seven tiles of each drum, right angle first; neighbours are mirror images in their common side.
+# The tiles of the drums, right angle first, neighbours mirror images in their common side; four of seven are in both.
+_COMMON_TILES = (
+    ((-1, 1), (-3, 1), (-1, -1)), ((-1, 1), (1, 1), (-1, -1)), ((1, -1), (1, 1), (-1, -1)), ((1, -1), (1, 1), (3, -1)),
+)
 _DRUM_TILES = (
-    (
-        ((-1, 1), (-3, 1), (-1, -1)),
-        ((-1, 1), (1, 1), (-1, -1)),
-        ((1, -1), (1, 1), (-1, -1)),
-        ((1, -1), (1, 1), (3, -1)),
-        ((3, 1), (1, 1), (3, -1)),
-        ((1, -1), (1, -3), (3, -1)),
-        ((-1, 1), (-3, 1), (-1, 3)),
-    ),
-    (
-        ((-1, 1), (-3, 1), (-1, -1)),
-        ((-1, 1), (1, 1), (-1, -1)),
-        ((1, -1), (1, 1), (-1, -1)),
-        ((1, -1), (1, 1), (3, -1)),
-        ((1, -1), (1, -3), (-1, -1)),
-        ((-1, 1), (-3, 1), (-1, 3)),
-        ((-3, 3), (-3, 1), (-1, 3)),
-    ),
+    (*_COMMON_TILES, ((3, 1), (1, 1), (3, -1)), ((1, -1), (1, -3), (3, -1)), ((-1, 1), (-3, 1), (-1, 3))),
+    (*_COMMON_TILES, ((1, -1), (1, -3), (-1, -1)), ((-1, 1), (-3, 1), (-1, 3)), ((-3, 3), (-3, 1), (-1, 3))),
 )
 
 

@@ -11,7 +11,6 @@ So each order m > 0 brings pairs of equal eigenvalues, and m = 0 single ones.
 from __future__ import annotations
 
 from collections.abc import Callable
-from itertools import count
 
 import numpy as np
 import scipy.linalg
@@ -52,16 +51,15 @@ def revolution_eigenvalues(profile: Profile, k: int, *, kind: str, n: int = 64) 
     n = as_count("n", n, 8)
     k = as_count("k", k, 1, n * n // 16)
     solve = {"poles": _solve_poles, "ring": _solve_ring}[as_choice("kind", kind, ("poles", "ring"))]
-    evals, orders = np.empty(0), np.empty(0, dtype=np.int64)
-    for m in count():
+    evals, orders, m = np.empty(0), np.empty(0, dtype=np.int64), 0
+    while True:
         found = np.repeat(solve(profile, m, n), 1 if m == 0 else 2)
         found[0] *= m > 0  # the constants
         if len(evals) >= k and found[0] > evals[k - 1]:
             return evals[:k], orders[:k]
         evals, orders = np.concatenate([evals, found]), np.concatenate([orders, np.full(len(found), m)])
         rank = np.argsort(evals, kind="stable")
-        evals, orders = evals[rank], orders[rank]
-    raise AssertionError("the orders never end")
+        evals, orders, m = evals[rank], orders[rank], m + 1
 
 
 def egg_eigenvalues(k: int, *, n: int = 64) -> tuple[FloatArray, IntArray]:

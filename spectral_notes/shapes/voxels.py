@@ -100,7 +100,7 @@ def voxelize(mesh: TriangleMesh, step: float) -> VoxelGrid:
         raise ValueError("mesh must be closed to have an inside; it has boundary edges")
     corner, shape, centers = _grid_around(mesh, step, 1)
     winding = np.asarray(igl.fast_winding_number(mesh.vertices, mesh.faces, centers))
-    return VoxelGrid((np.abs(winding) > 0.5).reshape(shape), corner, step, _named(mesh, "voxels"))
+    return VoxelGrid((np.abs(winding) > 0.5).reshape(shape), corner, step, f"{mesh.name}_voxels".removeprefix("_"))
 
 
 def voxel_shell(mesh: TriangleMesh, step: float, half_width: float = 2.0) -> VoxelGrid:
@@ -128,7 +128,8 @@ def voxel_shell(mesh: TriangleMesh, step: float, half_width: float = 2.0) -> Vox
     half_width = as_number("half_width", half_width, above=0.0)
     corner, shape, centers = _grid_around(mesh, step, int(np.ceil(half_width)) + 1)
     squared = np.asarray(igl.point_mesh_squared_distance(centers, mesh.vertices, mesh.faces)[0])
-    return VoxelGrid((squared <= (half_width * step) ** 2).reshape(shape), corner, step, _named(mesh, "shell"))
+    inside = (squared <= (half_width * step) ** 2).reshape(shape)
+    return VoxelGrid(inside, corner, step, f"{mesh.name}_shell".removeprefix("_"))
 
 
 def voxel_skin(grid: VoxelGrid) -> TriangleMesh:
@@ -241,8 +242,3 @@ def _grid_around(mesh: TriangleMesh, step: float, rim: int) -> tuple[FloatArray,
     corner = 0.5 * (low + high) - 0.5 * step * counts
     shape = tuple(int(count) for count in counts)
     return corner, shape, corner + step * (np.indices(shape).reshape(3, -1).T + 0.5)
-
-
-def _named(mesh: TriangleMesh, what: str) -> str:
-    """Name of something made from a mesh."""
-    return f"{mesh.name}_{what}" if mesh.name else what

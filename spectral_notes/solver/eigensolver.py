@@ -124,9 +124,7 @@ def measure(
         raise ValueError(f"L must be positive semidefinite; it has the eigenvalue {evals.min():.3g}")
     allowed = 100 * tol * evals.max() + rounding
     if errors.max() > allowed:
-        raise Failure(
-            f"a mode has the residual {errors.max():.2g}, more than {allowed:.2g}: try $robust"
-        )
+        raise Failure(f"a mode has the residual {errors.max():.2g}, more than {allowed:.2g}: try $robust")
     c = problem.zero.shape[1]
     if c:
         _read_off_differences(L, evecs, evals, c + np.flatnonzero(evals[c:] <= rounding))
@@ -204,14 +202,11 @@ def certify(L: sp.csr_array, M: sp.csr_array, evals: FloatArray, errors: FloatAr
 
 
 @contextmanager
-def progress_bar(shown: bool) -> Iterator[Watch | None]:
-    """Give the function that moves a bar, or None."""
-    if not shown:
-        yield None
-        return
+def progress_bar(shown: bool) -> Iterator[Watch]:
+    """Give the function that moves a bar."""
     from tqdm import tqdm
 
-    with tqdm(unit="column", desc="block Lanczos") as bar:
+    with tqdm(unit="column", desc="block Lanczos", disable=not shown) as bar:
 
         def watch(done: int, needed: int) -> None:
             bar.total = max(done, needed)

@@ -20,6 +20,10 @@ from spectral_notes._checks import FloatArray, as_choice
 Solve = Callable[[FloatArray], FloatArray]
 
 FACTORS = ("auto", "cholespy", "superlu")
+INDEFINITE = (
+    "L must be positive semidefinite; it has a negative eigenvalue: is its sign that of libigl (turn it), "
+    "or does the mesh have broken triangles (robust_mesh_laplacian)?"
+)
 RHS_AT_A_TIME = 8  # CHOLMOD's simplicial solve is fastest with eight right-hand sides: more leave the cache
 
 
@@ -114,7 +118,7 @@ def _cholmod(A: sp.csr_array) -> Solve:
     try:
         solver = CholeskySolverD(A.shape[0], rows, columns, A.data.copy(), MatrixType.CSR)
     except ValueError:
-        raise ValueError(_indefinite()) from None
+        raise ValueError(INDEFINITE) from None
 
     def solve(B: FloatArray) -> FloatArray:
         X = np.empty_like(B)
@@ -133,18 +137,11 @@ def _superlu(A: sp.csr_array) -> Solve:
     try:
         lu = symmetric_lu(A)
     except ArithmeticError:
-        raise ValueError(_indefinite()) from None
+        raise ValueError(INDEFINITE) from None
     if lu.U.diagonal().min() <= 0:
-        raise ValueError(_indefinite())
+        raise ValueError(INDEFINITE)
 
     def solve(B: FloatArray) -> FloatArray:
         return np.asarray(lu.solve(B))
 
     return solve
-
-
-def _indefinite() -> str:
-    return (
-        "L must be positive semidefinite; it has a negative eigenvalue: is its sign that of libigl (turn it), "
-        "or does the mesh have broken triangles (robust_mesh_laplacian)?"
-    )
