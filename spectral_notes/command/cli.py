@@ -20,6 +20,7 @@ from spectral_notes.command.own_shape import upward
 from spectral_notes.files import write_whole
 from spectral_notes.files.mesh_files import write_mesh
 from spectral_notes.plotting.cameras import Camera, camera_of
+from spectral_notes.plotting.rendering import choose_gl_window
 
 PROGRAM = "spectral-notes"
 FINE, FAILED, MISUSED, INTERRUPTED = 0, 1, 2, 130
@@ -275,7 +276,8 @@ def _shown(progress: bool | None) -> bool:
 def _planned(outputs: Sequence[str] | None, ending: str, inputs: Sequence[str]) -> list[streams.Output]:
     """The outputs of a command that writes functions on a shape, checked before any work."""
     planned = streams.plan_outputs(outputs or (), ending, jobs.FORMATS, inputs)
-    jobs.check_pictures([output.ending for output in planned])
+    if {".png", ".html"} & {output.ending for output in planned}:
+        choose_gl_window()  # which raises, before any work, where nothing can draw
     return planned
 
 

@@ -37,7 +37,6 @@ from spectral_notes.files.mesh_files import read_mesh
 from spectral_notes.laplacians import cotan_laplacian
 from spectral_notes.plotting import rendering
 from spectral_notes.plotting.pages import SCRIPTS
-from spectral_notes.plotting.pyvista_loading import load_pyvista
 from spectral_notes.solver import factor_in_use, memory_needed
 
 PACKAGE = "spectral-notes"
@@ -224,7 +223,7 @@ def render_scene() -> dict[str, Any]:
     mesh = shapes.egg(subdivisions=3)
     image = rendering.render(rendering.SurfaceView(mesh, mesh.vertices[:, 2]), size=120).astype(np.int64)
     red, blue = image[..., 0], image[..., 2]
-    window = load_pyvista().Plotter(off_screen=True, window_size=[32, 32])
+    window = rendering.load_pyvista().Plotter(off_screen=True, window_size=[32, 32])
     window.show(auto_close=False)
     facts = window.render_window.ReportCapabilities().splitlines()
     kind = type(window.render_window).__name__

@@ -5,8 +5,7 @@ A result is what is said, for people and for programs, and what can be written: 
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
-from contextlib import contextmanager
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -14,7 +13,6 @@ from typing import Any
 import matplotlib.pyplot as plt
 import numpy as np
 import scipy.sparse as sp
-from matplotlib.figure import Figure
 
 from spectral_notes._checks import as_count
 from spectral_notes.clustering import cut_pieces
@@ -23,6 +21,7 @@ from spectral_notes.command.own_shape import Shape
 from spectral_notes.command.reports import report_page
 from spectral_notes.command.streams import OPTIONS
 from spectral_notes.compression import decode, describe, encode, renumbered
+from spectral_notes.descriptors import first_nonzero
 from spectral_notes.eigenbasis import Eigenbasis, compute_eigenbasis
 from spectral_notes.files import write_whole
 from spectral_notes.files.arrays import ARRAY_FORMATS, columns, named_arrays, write_arrays
@@ -34,7 +33,7 @@ from spectral_notes.matching.shape_matching import match_shapes, outward
 from spectral_notes.meshes import PointCloud, TriangleMesh, positions, signed_volume
 from spectral_notes.plotting import plot_views
 from spectral_notes.plotting.cameras import Camera
-from spectral_notes.plotting.rendering import SurfaceView, choose_gl_window
+from spectral_notes.plotting.rendering import SurfaceView
 from spectral_notes.solver.eigensolver import memory_needed
 
 DEFAULT_MODES = 100
@@ -68,33 +67,15 @@ class Result:
 def write_result(path: Path, result: Result) -> None:
     """Write what a result holds to a file whose ending names the format, whole or not at all."""
     suffix = path.suffix.lower()
-    if suffix == ".png":
-        with still_of(result) as still:
-            write_whole(path, still.savefig)
-    elif suffix == ".html":
-        with still_of(result) as still:
-            page = report_page(result.title, result.facts, result.views, still)
-        write_whole(path, lambda place: place.write_text(page, encoding="utf-8"))
+    if suffix in (".png", ".html"):
+        still = plot_views(result.views, n_columns=2 if len(result.views) == 4 else min(3, len(result.views)))
+        plt.close(still)  # else a notebook would show it as well
+        page = report_page(result.title, result.facts, result.views, still) if suffix == ".html" else ""
+        write_whole(path, lambda place: place.write_text(page, encoding="utf-8") if page else still.savefig(place))
     elif suffix == ".npz" and result.save_npz is not None:
         write_whole(path, result.save_npz)
     else:
         write_arrays(path, result.shape, result.functions, colors=result.colors, kind=result.kind)
-
-
-@contextmanager
-def still_of(result: Result) -> Iterator[Figure]:
-    """Give the still picture of a result, and close it afterwards: else a notebook would show it as well."""
-    still = plot_views(result.views, n_columns=2 if len(result.views) == 4 else min(3, len(result.views)))
-    try:
-        yield still
-    finally:
-        plt.close(still)
-
-
-def check_pictures(endings: Sequence[str]) -> None:
-    """Raise, before any work is done, when a picture is wanted and nothing can draw it."""
-    if {".png", ".html"} & set(endings):
-        choose_gl_window()
 
 
 def operators_of(shape: Shape, laplacian: str, say: Say, mass: str = "lumped") -> Pair:
@@ -116,8 +97,11 @@ def basis_of(
         gigabytes = memory_needed(n, k) / 1e9
         say(f"{k} modes of {n:,} vertices: the basis takes {gigabytes:.2f} GB; factoring first, then the time left")
     basis = compute_eigenbasis(L, M, k, progress=progress, certify=certify)
-    for line in own_shape.pieces_of(basis):
-        say(f"note: {line}")
+    count = first_nonzero(basis, 0)
+    if count > 1:
+        more = "; there may be further pieces: ask for more modes" if count == k else ""
+        each = f"the first {count} modes have eigenvalue 0, each constant on one piece and zero on the others"
+        say(f"note: the shape falls into {count} pieces: {each}{more}")
     return basis
 
 
@@ -132,7 +116,7 @@ def find_modes(
     worst = float(np.asarray(basis.residuals).max())
     kind = own_shape.chosen(shape, laplacian)
     facts = own_shape.size_of(shape) | {
-        "laplacian": kind, "mass": mass, "modes": basis.k, "zero_modes": own_shape.zero_modes(basis),
+        "laplacian": kind, "mass": mass, "modes": basis.k, "zero_modes": first_nonzero(basis, 0),
         "area_of_mass": float(basis.M.sum()), "largest_residual": worst, "certified": certify,
         "eigenvalues": basis.evals.tolist(),
     }
@@ -168,11 +152,11 @@ def find_segments(
     lines = [f"{shape}", f"{n_segments} segments"]
     lines += [f"segment {i}: {share:6.1%} of the area" for i, share in enumerate(shares)]
     view = SurfaceView(shape, labels, kind="labels", title=f"{n_segments} segments", camera=camera)
-    arrays = named_arrays(shape) | {"segment": labels}
+    arrays: dict[str, Any] = {**named_arrays(shape), "segment": labels}
     return Result(
         facts, lines, shape, f"{shape.name}: {n_segments} segments", {"segment": labels},
         colors="segment", kind="labels", views=[view],
-        save_npz=_npz(arrays),
+        save_npz=lambda place: np.savez(place, **arrays),
     )
 
 
@@ -213,11 +197,12 @@ def find_map(
             ("B", mesh_2, image[:, i], cameras[1]),
         )
     ]
-    arrays = {"p2p_21": match.p2p_21, "C_12": match.C_12, "evals_1": bases[0].evals, "evals_2": bases[1].evals}
+    arrays: dict[str, Any] = {f"evals_{side}": basis.evals for side, basis in enumerate(bases, start=1)}
+    arrays |= {"p2p_21": match.p2p_21, "C_12": match.C_12}
     return Result(
         facts, lines, mesh_2, f"{mesh_2.name} mapped to {mesh_1.name}", functions,
         colors=f"{'xyz'[longest[0]]}_of_a", kind="positive", views=views,
-        save_npz=_npz(arrays),
+        save_npz=lambda place: np.savez(place, **arrays),
     )
 
 
@@ -228,11 +213,6 @@ def _name_sides(mesh: TriangleMesh, name: str, say: Say) -> None:
         say(f"note: {name} has misoriented edges, {found}: its map may come out mirrored. $orient turns its faces")
     if (outward(mesh).faces != mesh.faces).any():
         say(f"note: {name} is inside out, of volume {signed_volume(mesh):.3g}: its faces are turned for the map")
-
-
-def _npz(arrays: dict[str, Any]) -> Callable[[Path], Any]:
-    """What writes named arrays to a new file."""
-    return lambda place: np.savez(place, **arrays)
 
 
 def _landmark(text: str) -> list[int]:
@@ -253,8 +233,8 @@ def examine_health(shape: Shape, nonplanar_polygons: int = 0) -> Result:
         return Result(size | {"faults": faults}, [f"{shape}", say], shape)
     report = health(shape, nonplanar_polygons=nonplanar_polygons)
     counts = {name: getattr(report, name) for name in HEALTH_FACTS}
-    faults = own_shape.faults_of(report)
     harmless = {name: report.faults[name] for name in own_shape.HARMLESS}
+    faults = {name: n for name, n in report.faults.items() if n and name not in harmless}
     facts = size | counts | harmless | {"faults": faults}
     return Result(facts, [f"{shape}", *report.report(OPTIONS).splitlines()], shape)
 

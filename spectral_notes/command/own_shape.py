@@ -7,9 +7,10 @@ from typing import Any
 import numpy as np
 
 from spectral_notes._checks import as_choice
+from spectral_notes.descriptors import first_nonzero
 from spectral_notes.eigenbasis import Eigenbasis
 from spectral_notes.files.foreign import FREESURFER
-from spectral_notes.geometry.mesh_health import CONSEQUENCES, MeshHealth, health
+from spectral_notes.geometry.mesh_health import CONSEQUENCES, health
 from spectral_notes.laplacians import MASSES, Pair, cotan_laplacian, robust_cloud_laplacian, robust_mesh_laplacian
 from spectral_notes.meshes import PointCloud, TriangleMesh, positions
 from spectral_notes.plotting.cameras import guess_up
@@ -19,12 +20,9 @@ Shape = TriangleMesh | PointCloud
 LAPLACIANS = ("cotan", "robust")
 NEIGHBORS = 30  # that each local triangulation of a cloud uses; all others in a smaller one
 HARMLESS = ("boundary_edges", "nonplanar_polygons")  # counted by the health report, and no fault of the surface
+CUT_OR_DOUBLED = ("duplicate_vertices", "near_duplicate_vertices", "t_junctions", "duplicate_faces")
 WORTH_A_NOTE = {  # what spoils modes without an error, by Laplacian
-    "cotan": (
-        "duplicate_vertices", "near_duplicate_vertices", "t_junctions", "duplicate_faces", "sliver_faces",
-        "nonmanifold_edges",
-    ),
-    "robust": ("duplicate_vertices", "near_duplicate_vertices", "t_junctions", "duplicate_faces"),
+    "cotan": (*CUT_OR_DOUBLED, "sliver_faces", "nonmanifold_edges"), "robust": CUT_OR_DOUBLED,
 }
 UP_OF_FORMAT = {".gltf": "y", ".glb": "y", ".3mf": "z", ".gii": "z", **dict.fromkeys(FREESURFER, "z")}  # as they say
 SHOWN = (0, 1, 4, 9, 49, 99)  # modes of a picture, counted from the first that is not constant
@@ -74,11 +72,6 @@ def size_of(shape: Shape) -> dict[str, Any]:
     return {"name": shape.name, "kind": "triangle mesh", **size}
 
 
-def faults_of(report: MeshHealth) -> dict[str, int]:
-    """Return the faults that a health report found; a boundary is none."""
-    return {fault: n for fault, n in report.faults.items() if n and fault not in HARMLESS}
-
-
 def warnings_of(shape: Shape, kind: str = "") -> list[str]:
     """Return a line for each fault of a mesh that spoils its modes without an error."""
     if isinstance(shape, PointCloud):
@@ -88,22 +81,7 @@ def warnings_of(shape: Shape, kind: str = "") -> list[str]:
     return [f"{name.replace('_', ' ')}: {found[name]}. {CONSEQUENCES[name]}" for name in names]
 
 
-def zero_modes(basis: Eigenbasis) -> int:
-    """Return how many eigenvalues are exactly zero: one for each piece on which constants are modes."""
-    return int((basis.evals == 0).sum())
-
-
-def pieces_of(basis: Eigenbasis) -> list[str]:
-    """Return a line that says what several zero modes mean, or none."""
-    count = zero_modes(basis)
-    if count < 2:
-        return []
-    say = f"the first {count} modes have eigenvalue 0, each constant on one piece and zero on the others"
-    more = "; there may be further pieces: ask for more modes" if count == basis.k else ""
-    return [f"the shape falls into {count} pieces: {say}{more}"]
-
-
 def modes_to_show(basis: Eigenbasis) -> list[int]:
     """Return up to six modes for a picture: the first that are not constant, and some faster ones."""
-    first = zero_modes(basis)
+    first = first_nonzero(basis, 0)
     return [first + i for i in SHOWN if first + i < basis.k] or [basis.k - 1]

@@ -31,19 +31,6 @@ def pack_array(array: NDArray[Any]) -> Packed:
     return {"type": kind, "shape": list(array.shape), "data": data}
 
 
-def unpack_array(packed: Packed) -> NDArray[Any]:
-    """Return the array that was packed, bit by bit.
-
-    Examples
-    --------
-    >>> unpack_array(pack_array(np.array([0.5, -2.0], dtype=np.float16))).tolist()
-    [0.5, -2.0]
-    """
-    dtype = np.dtype(TYPES[packed["type"]])
-    planes = np.frombuffer(zlib.decompress(base64.b64decode(packed["data"])), np.uint8)
-    return planes.reshape(dtype.itemsize, -1).T.copy().view(dtype).reshape(packed["shape"])
-
-
 def pack(facts: Mapping[str, Any], arrays: Mapping[str, NDArray[Any]]) -> Packed:
     """Return plain facts and packed arrays as one value that JSON can hold."""
     return {"facts": dict(facts), "arrays": {name: pack_array(array) for name, array in arrays.items()}}

@@ -7,8 +7,11 @@ positive ones, seen from the broad side. A `SurfaceView` says what is to be seen
 from __future__ import annotations
 
 import ctypes
+import importlib
 import os
 import sys
+import warnings
+from contextlib import suppress
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -18,7 +21,6 @@ from numpy.typing import ArrayLike, NDArray
 from spectral_notes._checks import FloatArray, as_choice, as_count, as_floats
 from spectral_notes.meshes import PointCloud, TriangleMesh, positions
 from spectral_notes.plotting.cameras import Camera, camera_of
-from spectral_notes.plotting.pyvista_loading import load_pyvista
 
 Image = NDArray[np.uint8]
 
@@ -78,8 +80,10 @@ class SurfaceView:
         as_choice("kind", self.kind, ("signed", "positive", "labels"))
         if self.values is not None:
             values = as_floats("values", self.values, ("n",))
-            if len(values) not in self.sizes:
-                raise ValueError(f"values must hold one number per vertex or face, {self.sizes}; got {len(values)}")
+            faces = (self.surface.n_faces,) if isinstance(self.surface, TriangleMesh) else ()
+            sizes = (len(self.positions), *faces)
+            if len(values) not in sizes:
+                raise ValueError(f"values must hold one number per vertex or face, {sizes}; got {len(values)}")
             object.__setattr__(self, "values", values)
         if self.limits is not None:
             low, high = as_floats("limits", self.limits, (2,)).tolist()
@@ -98,13 +102,6 @@ class SurfaceView:
     def positions(self) -> FloatArray:
         """Positions of the vertices or points, shape (n, 3)."""
         return positions(self.surface)
-
-    @property
-    def sizes(self) -> tuple[int, ...]:
-        """Numbers of vertices and faces, or the number of points."""
-        if isinstance(self.surface, PointCloud):
-            return (self.surface.n_points,)
-        return (self.surface.n_vertices, self.surface.n_faces)
 
     @property
     def color_limits(self) -> tuple[float, float]:
@@ -171,6 +168,17 @@ def render(view: SurfaceView, *, size: int = 600) -> Image:
     return image
 
 
+def load_pyvista() -> Any:
+    """Return the module pyvista, or say how to get it: pictures are an extra of the library."""
+    with warnings.catch_warnings():
+        warnings.filterwarnings("ignore", message="IProgress not found")  # a progress bar, where there are no widgets
+        try:
+            return importlib.import_module("pyvista")
+        except ModuleNotFoundError as error:
+            what = f"pictures of surfaces are drawn by pyvista, and {error.name} is missing"
+            raise ModuleNotFoundError(f'{what}; pip install "spectral-notes[pictures]" brings it') from error
+
+
 def placed(view: SurfaceView) -> SurfaceView:
     """Return a view as graphics of single precision can draw it: one far off comes to the origin, in size one."""
     low, high = view.positions.min(axis=0), view.positions.max(axis=0)
@@ -200,19 +208,11 @@ def choose_gl_window() -> None:
     if not sys.platform.startswith("linux") or "VTK_DEFAULT_OPENGL_WINDOW" in os.environ:
         return
     for library, window in (("libEGL.so.1", "vtkEGLRenderWindow"), ("libOSMesa.so.8", "vtkOSOpenGLRenderWindow")):
-        if _can_load(library):
+        with suppress(OSError):
+            ctypes.CDLL(library)
             os.environ["VTK_DEFAULT_OPENGL_WINDOW"] = window
             return
     raise RuntimeError(GL_REMEDY)
-
-
-def _can_load(library: str) -> bool:
-    """Whether the system has the shared library."""
-    try:
-        ctypes.CDLL(library)
-    except OSError:
-        return False
-    return True
 
 
 def _add_surface(plotter: Any, view: SurfaceView, size: int) -> None:
@@ -262,8 +262,7 @@ def _add_marks(plotter: Any, view: SurfaceView, size: int) -> None:
         glyphs = cloud.glyph(orient="vectors", scale="lengths", geom=pv.Arrow(tip_radius=0.16, shaft_radius=0.06))
         plotter.add_mesh(glyphs, color="#111111", ambient=0.3)
     for curve in view.curves:
-        line = pv.MultipleLines(curve)
-        _add_lines(plotter, view, line, max(2.5, size / 100))
+        _add_lines(plotter, view, pv.MultipleLines(curve), max(2.5, size / 100))
     if view.points is not None:
         ball = pv.Sphere(radius=0.013 * np.linalg.norm(np.ptp(view.positions, axis=0)))
         dots = pv.PolyData(view.points).glyph(geom=ball, scale=False, orient=False)

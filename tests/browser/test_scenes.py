@@ -12,8 +12,7 @@ from typing import Any
 import numpy as np
 import pytest
 from PIL import Image
-
-from spectral_notes.plotting.packing import unpack_array
+from unpacking import unpack_array
 
 VERTEX = 20  # bytes that a vertex of a surface may take in its file, faces included
 SCENE = 1_500_000  # bytes of all surfaces of a figure: what a reader asks for weighs no more than its page

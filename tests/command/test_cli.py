@@ -24,7 +24,7 @@ from spectral_notes.files.mesh_files import read_mesh, read_shape, write_mesh
 from spectral_notes.geometry.mesh_health import CONSEQUENCES
 from spectral_notes.laplacians import mass_matrix
 from spectral_notes.meshes import PointCloud, TriangleMesh, positions
-from spectral_notes.plotting.pyvista_loading import load_pyvista
+from spectral_notes.plotting.rendering import load_pyvista
 from spectral_notes.shapes import egg, potato, sample_points, torus
 
 EGG = egg(subdivisions=2)

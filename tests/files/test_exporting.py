@@ -9,8 +9,7 @@ from spectral_notes.files.arrays import ARRAY_FORMATS, shades, write_arrays
 from spectral_notes.files.mesh_files import read_shape
 from spectral_notes.files.ply import parse_ply
 from spectral_notes.meshes import PointCloud, TriangleMesh, positions
-from spectral_notes.plotting.pyvista_loading import load_pyvista
-from spectral_notes.plotting.rendering import LABEL_COLORS
+from spectral_notes.plotting.rendering import LABEL_COLORS, load_pyvista
 from spectral_notes.shapes import sphere
 
 BALL = sphere(1)

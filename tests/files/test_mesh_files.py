@@ -14,7 +14,7 @@ from vtkmodules.vtkIOXML import vtkXMLPolyDataWriter
 from spectral_notes.files import mesh_files
 from spectral_notes.files.mesh_files import read_mesh, read_shape, write_mesh
 from spectral_notes.meshes import PointCloud, TriangleMesh
-from spectral_notes.plotting.pyvista_loading import load_pyvista
+from spectral_notes.plotting.rendering import load_pyvista
 from spectral_notes.shapes import torus
 
 

@@ -14,6 +14,7 @@ import numpy as np
 import pytest
 from numpy.polynomial import chebyshev
 from sklearn.metrics import adjusted_rand_score
+from unpacking import unpack_array
 
 from spectral_notes import labs
 from spectral_notes.clustering import spectral_clusters, spectral_embedding
@@ -31,7 +32,6 @@ from spectral_notes.labs.data import (
 from spectral_notes.labs.recipes import arrows_data, cap_data, filter_data, map_data, parts_data
 from spectral_notes.laplacians import cotan_laplacian
 from spectral_notes.meshes import TriangleMesh, corner_angles, euler_characteristic, face_areas
-from spectral_notes.plotting.packing import unpack_array
 from spectral_notes.shapes import coarse_copy, doll, egg, goat, sphere, spherical_cap
 from spectral_notes.vector_fields import connection_laplacian, field_indices, smoothest_field
 

@@ -146,10 +146,16 @@ def _no_screen():
 @pytest.mark.skipif(not sys.platform.startswith("linux"), reason="macOS and Windows bring their own OpenGL")
 def test_the_choice_of_gl_library(monkeypatch):
     monkeypatch.delenv("VTK_DEFAULT_OPENGL_WINDOW", raising=False)
-    monkeypatch.setattr(rendering, "_can_load", lambda library: False)
+    there: list[str] = []
+
+    def load(library):
+        if library not in there:
+            raise OSError(library)
+
+    monkeypatch.setattr(rendering.ctypes, "CDLL", load)
     with pytest.raises(RuntimeError, match=r"(?s)neither EGL nor OSMesa.*apt-get install libegl1.*dnf.*macOS and Windows"):
         rendering.choose_gl_window()
-    monkeypatch.setattr(rendering, "_can_load", lambda library: "OSMesa" in library)
+    there.append("libOSMesa.so.8")
     rendering.choose_gl_window()
     import os
 

@@ -9,11 +9,12 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from unpacking import unpack_array
 
 from spectral_notes import plotting, shapes
 from spectral_notes.meshes import PointCloud, TriangleMesh, row_norms
 from spectral_notes.plotting import scenes
-from spectral_notes.plotting.packing import pack_array, unpack_array
+from spectral_notes.plotting.packing import pack_array
 from spectral_notes.plotting.rendering import LABEL_COLORS, SurfaceView
 
 
