@@ -116,12 +116,15 @@ class PointCloud:
         return len(self.points)
 
 
+Shape = TriangleMesh | PointCloud
+
+
 def as_mesh(value: object, name: str = "mesh") -> TriangleMesh:
     """Return `value` if it is a mesh, for functions that strangers call with arrays."""
     return as_instance(name, value, TriangleMesh, "TriangleMesh(vertices, faces) makes one of two arrays")
 
 
-def positions(shape: TriangleMesh | PointCloud) -> FloatArray:
+def positions(shape: Shape) -> FloatArray:
     """Return the positions of a mesh's vertices or a cloud's points, shape (n, 3)."""
     return shape.points if isinstance(shape, PointCloud) else as_mesh(shape, "shape").vertices
 

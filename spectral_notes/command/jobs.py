@@ -17,7 +17,6 @@ import scipy.sparse as sp
 from spectral_notes._checks import as_count
 from spectral_notes.clustering import cut_pieces
 from spectral_notes.command import own_shape
-from spectral_notes.command.own_shape import Shape
 from spectral_notes.command.reports import report_page
 from spectral_notes.command.streams import OPTIONS
 from spectral_notes.compression import decode, describe, encode, renumbered
@@ -30,7 +29,7 @@ from spectral_notes.geometry.mesh_distances import vertex_error
 from spectral_notes.geometry.mesh_health import health
 from spectral_notes.laplacians import Pair
 from spectral_notes.matching.shape_matching import match_shapes, outward
-from spectral_notes.meshes import PointCloud, TriangleMesh, positions, signed_volume
+from spectral_notes.meshes import PointCloud, Shape, TriangleMesh, positions, signed_volume
 from spectral_notes.plotting import plot_views
 from spectral_notes.plotting.cameras import Camera
 from spectral_notes.plotting.rendering import SurfaceView

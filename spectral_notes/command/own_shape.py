@@ -12,10 +12,8 @@ from spectral_notes.eigenbasis import Eigenbasis
 from spectral_notes.files.foreign import FREESURFER
 from spectral_notes.geometry.mesh_health import CONSEQUENCES, health
 from spectral_notes.laplacians import MASSES, Pair, cotan_laplacian, robust_cloud_laplacian, robust_mesh_laplacian
-from spectral_notes.meshes import PointCloud, TriangleMesh, positions
+from spectral_notes.meshes import PointCloud, Shape, positions
 from spectral_notes.plotting.cameras import guess_up
-
-Shape = TriangleMesh | PointCloud
 
 LAPLACIANS = ("cotan", "robust")
 NEIGHBORS = 30  # that each local triangulation of a cloud uses; all others in a smaller one

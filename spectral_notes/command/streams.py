@@ -17,7 +17,7 @@ from spectral_notes.files.mesh_files import known_ending, polygons_from_bytes, r
 from spectral_notes.files.packed import ending_of
 from spectral_notes.files.polygons import bent_polygons
 from spectral_notes.geometry import keep_pieces, orient_faces, weld_vertices
-from spectral_notes.meshes import PointCloud, TriangleMesh
+from spectral_notes.meshes import PointCloud, Shape
 
 STREAM = "-"  # standard input as a file's name, standard output as an output's
 
@@ -55,7 +55,7 @@ class Mending:
     smallest: float = 0.0
     orient: bool = False
 
-    def applied(self, shape: TriangleMesh | PointCloud) -> TriangleMesh | PointCloud:
+    def applied(self, shape: Shape) -> Shape:
         """Return the shape, mended beyond what `clean` does on reading."""
         if isinstance(shape, PointCloud):
             if self.weld or self.largest or self.smallest or self.orient:
@@ -72,7 +72,7 @@ class Mending:
 class Opened:
     """A shape with what its file said of it: the format, and how many of its polygons are bent."""
 
-    shape: TriangleMesh | PointCloud
+    shape: Shape
     ending: str
     nonplanar_polygons: int
 

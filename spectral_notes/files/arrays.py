@@ -20,7 +20,7 @@ from numpy.typing import ArrayLike, NDArray
 from spectral_notes._checks import as_choice, as_floats
 from spectral_notes.files.whole import write_whole
 from spectral_notes.files.writing import write_ply, write_vtp
-from spectral_notes.meshes import PointCloud, TriangleMesh, positions
+from spectral_notes.meshes import PointCloud, Shape, positions
 from spectral_notes.plotting.rendering import LABEL_COLORS, SurfaceView
 
 ARRAY_FORMATS = (".vtp", ".ply", ".npz", ".csv")
@@ -29,7 +29,6 @@ TAKEN = ("file", "allow_pickle")  # what `np.savez` calls its own arguments
 WHOLE = 2**53  # integers up to there survive in every format
 
 Columns = dict[str, NDArray[Any]]
-Shape = TriangleMesh | PointCloud
 
 
 def write_arrays(

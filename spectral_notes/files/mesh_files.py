@@ -21,7 +21,7 @@ from spectral_notes.files.polygons import Polygons, checked_polygons, mesh_of
 from spectral_notes.files.vtp import parse_vtp
 from spectral_notes.files.whole import write_whole
 from spectral_notes.files.writing import WRITERS
-from spectral_notes.meshes import PointCloud, TriangleMesh, clean_mesh
+from spectral_notes.meshes import PointCloud, Shape, TriangleMesh, clean_mesh
 
 PARSERS = {
     ".obj": parse_obj, ".off": parse_off, ".stl": parse_stl, ".ply": parse_ply, ".vtp": parse_vtp, ".xyz": parse_xyz,
@@ -64,7 +64,7 @@ def read_mesh(path: str | os.PathLike[str], *, clean: bool = False) -> TriangleM
     return shape
 
 
-def read_shape(path: str | os.PathLike[str], *, clean: bool = False) -> TriangleMesh | PointCloud:
+def read_shape(path: str | os.PathLike[str], *, clean: bool = False) -> Shape:
     r"""Read a triangle mesh, or a point cloud where the file holds points and no face; it raises as `read_mesh` does.
 
     Parameters
@@ -104,7 +104,7 @@ def shape_name(path: Path) -> str:
 def shape_from_bytes(
     data: bytes, suffix: str, *, name: str = "", clean: bool = False, where: str = "the stream",
     path: Path | None = None,
-) -> TriangleMesh | PointCloud:
+) -> Shape:
     r"""Return the shape that the bytes of a whole file hold; `where` is what messages call it, `path` where it lies.
 
     >>> shape_from_bytes(b"v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n", ".obj")
@@ -127,9 +127,7 @@ def polygons_from_bytes(data: bytes, suffix: str, *, where: str = "the stream", 
     return polygons
 
 
-def shape_of(
-    polygons: Polygons, suffix: str, name: str, *, clean: bool, where: str = "the stream"
-) -> TriangleMesh | PointCloud:
+def shape_of(polygons: Polygons, suffix: str, name: str, *, clean: bool, where: str = "the stream") -> Shape:
     """Return the mesh of polygons, or the cloud where there are none."""
     try:
         polygons = checked_polygons(polygons, clean=clean)

@@ -149,9 +149,7 @@ def _text_column(lines: Sequence[Line], element: Element) -> Column:
     return column
 
 
-def _binary_rows(
-    body: bytes, elements: list[Element], order: str
-) -> Iterator[tuple[Element, Column, IntArray | None]]:
+def _binary_rows(body: bytes, elements: list[Element], order: str) -> Iterator[tuple[Element, Column, IntArray | None]]:
     """The columns of each element of a binary file."""
     at = 0
     for element in elements:

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from spectral_notes.files.parsing import FACET, STL_HEADER
-from spectral_notes.meshes import PointCloud, TriangleMesh, face_normals, positions
+from spectral_notes.meshes import Shape, TriangleMesh, face_normals, positions
 
 VTP_TYPES = {"<f8": "Float64", "<i8": "Int64", "|u1": "UInt8"}
 PLY_TYPES = {"f": ("<f8", "double"), "i": ("<i4", "int"), "u": ("u1", "uchar")}
@@ -40,7 +40,7 @@ def _write_stl(place: Path, mesh: TriangleMesh) -> None:
     place.write_bytes(b"".ljust(STL_HEADER - 4) + mesh.n_faces.to_bytes(4, "little") + facets.tobytes())
 
 
-def write_ply(place: Path, shape: TriangleMesh | PointCloud, functions: Mapping[str, NDArray[Any]]) -> None:
+def write_ply(place: Path, shape: Shape, functions: Mapping[str, NDArray[Any]]) -> None:
     """Write binary PLY in double precision, each function on the vertices, (n,), a property of its name.
 
     Floats are stored as double, integers as int where they fit, else as double, uint8 as uchar: `red`, `green`, `blue`
@@ -53,17 +53,13 @@ def write_ply(place: Path, shape: TriangleMesh | PointCloud, functions: Mapping[
     for name, f in fields.items():
         rows[name] = f
         header.append(f"property {PLY_TYPES[f.dtype.kind][1]} {name}")
-    with place.open("wb") as file:
-        if isinstance(shape, PointCloud):
-            file.write("\n".join([*header, "end_header\n"]).encode("ascii"))
-            file.write(rows.tobytes())
-            return
+    body = rows.tobytes()
+    if isinstance(shape, TriangleMesh):
         faces = np.zeros(shape.n_faces, [("size", "u1"), ("corners", "<i4", 3)])
         faces["size"], faces["corners"] = 3, shape.faces
         header += [f"element face {len(faces)}", "property list uchar int vertex_indices"]
-        file.write("\n".join([*header, "end_header\n"]).encode("ascii"))
-        file.write(rows.tobytes())
-        file.write(faces.tobytes())
+        body += faces.tobytes()
+    place.write_bytes("\n".join([*header, "end_header\n"]).encode("ascii") + body)
 
 
 def _is_large(values: NDArray[Any]) -> bool:
@@ -71,7 +67,7 @@ def _is_large(values: NDArray[Any]) -> bool:
     return values.dtype.kind == "i" and bool((np.abs(values) > np.iinfo(np.int32).max).any())
 
 
-def write_vtp(place: Path, shape: TriangleMesh | PointCloud, functions: Mapping[str, NDArray[Any]]) -> None:
+def write_vtp(place: Path, shape: Shape, functions: Mapping[str, NDArray[Any]]) -> None:
     """Write VTP, each function on the vertices, (n,), an array of its name; VTK's own writer crashes on a full disk."""
     cells = shape.faces if isinstance(shape, TriangleMesh) else np.arange(shape.n_points)[:, None]
     tag = "Polys" if isinstance(shape, TriangleMesh) else "Verts"
@@ -93,12 +89,8 @@ def write_vtp(place: Path, shape: TriangleMesh | PointCloud, functions: Mapping[
         *[f"<{tag}>", array("connectivity", cells), array("offsets", ends), f"</{tag}>"],
         '</Piece></PolyData><AppendedData encoding="raw">_',
     ]
-    with place.open("wb") as file:
-        file.write("\n".join(parts).encode())
-        for block in blocks:
-            file.write(block.nbytes.to_bytes(8, "little"))
-            file.write(block.tobytes())
-        file.write(b"</AppendedData></VTKFile>\n")
+    stored = b"".join(block.nbytes.to_bytes(8, "little") + block.tobytes() for block in blocks)
+    place.write_bytes("\n".join(parts).encode() + stored + b"</AppendedData></VTKFile>\n")
 
 
 WRITERS: dict[str, Callable[[Path, TriangleMesh], None]] = {

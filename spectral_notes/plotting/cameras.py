@@ -10,7 +10,7 @@ import numpy as np
 from scipy.spatial import cKDTree
 
 from spectral_notes._checks import FloatArray
-from spectral_notes.meshes import PointCloud, TriangleMesh, face_areas, face_normals, positions
+from spectral_notes.meshes import PointCloud, Shape, TriangleMesh, face_areas, face_normals, positions
 
 Vector = tuple[float, float, float]
 Camera = tuple[Vector, Vector]  # where the eye stands, seen from the shape's centre; which way is up
@@ -22,7 +22,7 @@ SAME = 0.02  # of the size: how close a mirror image comes to what is symmetric
 SAMPLE = 2000  # points that the symmetry is looked for in
 
 
-def camera_of(shape: TriangleMesh | PointCloud, up: str = "") -> Camera:
+def camera_of(shape: Shape, up: str = "") -> Camera:
     """Return the camera for a shape: `up` upward ("" is guessed), the broad side to the eye, from a little above."""
     axis = "xyz".index(up or guess_up(shape)[0])
     spread = _spread(shape)
@@ -40,7 +40,7 @@ def camera_of(shape: TriangleMesh | PointCloud, up: str = "") -> Camera:
     return _vector(eye), _vector(frame[axis])
 
 
-def guess_up(shape: TriangleMesh | PointCloud) -> tuple[str, str]:
+def guess_up(shape: Shape) -> tuple[str, str]:
     """Return the axis that probably points upward, and why, in words that may follow it."""
     flat = _flatness(shape)
     if flat.max() > FLAT:
@@ -56,7 +56,7 @@ def guess_up(shape: TriangleMesh | PointCloud) -> tuple[str, str]:
     return "z", "nothing speaks for another axis"
 
 
-def _spread(shape: TriangleMesh | PointCloud) -> FloatArray:
+def _spread(shape: Shape) -> FloatArray:
     """Standard deviation of the surface along each axis."""
     points, weights = positions(shape), np.ones(len(positions(shape)))
     if isinstance(shape, TriangleMesh) and face_areas(shape).any():
@@ -67,7 +67,7 @@ def _spread(shape: TriangleMesh | PointCloud) -> FloatArray:
     return np.sqrt(np.maximum(weights @ points**2 - (weights @ points) ** 2, 0.0))
 
 
-def _flatness(shape: TriangleMesh | PointCloud) -> FloatArray:
+def _flatness(shape: Shape) -> FloatArray:
     """Mean size of each component of the normals, by area; of a cloud, how much thinner it is than long."""
     if isinstance(shape, PointCloud):
         spread = _spread(shape)
@@ -78,7 +78,7 @@ def _flatness(shape: TriangleMesh | PointCloud) -> FloatArray:
     return np.average(np.abs(face_normals(shape)), axis=0, weights=areas)
 
 
-def _mirror_errors(shape: TriangleMesh | PointCloud) -> FloatArray:
+def _mirror_errors(shape: Shape) -> FloatArray:
     """How far most of the mirror image in each axis lies from the shape, as a share of its size.
 
     The mirror goes through the middle of the extent or through the median, whichever fits: a head that is turned moves

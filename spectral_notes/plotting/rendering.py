@@ -19,7 +19,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from spectral_notes._checks import FloatArray, as_choice, as_count, as_floats
-from spectral_notes.meshes import PointCloud, TriangleMesh, positions
+from spectral_notes.meshes import PointCloud, Shape, TriangleMesh, positions
 from spectral_notes.plotting.cameras import Camera, camera_of
 
 Image = NDArray[np.uint8]
@@ -62,7 +62,7 @@ class SurfaceView:
     (-1.99, 1.99)
     """
 
-    surface: TriangleMesh | PointCloud
+    surface: Shape
     values: ArrayLike | None = None
     kind: str = "signed"
     title: str = ""
@@ -189,11 +189,8 @@ def placed(view: SurfaceView) -> SurfaceView:
     def move(points: ArrayLike) -> FloatArray:
         return (np.asarray(points) - middle) / size
 
-    surface: TriangleMesh | PointCloud
-    if isinstance(view.surface, PointCloud):
-        surface = PointCloud(move(view.surface.points), view.surface.name)
-    else:
-        surface = TriangleMesh(move(view.surface.vertices), view.surface.faces, view.surface.name)
+    shape, at = view.surface, move(view.positions)
+    surface: Shape = replace(shape, points=at) if isinstance(shape, PointCloud) else replace(shape, vertices=at)
     arrows = None if view.arrows is None else (move(view.arrows[0]), np.asarray(view.arrows[1]) / size)
     points = None if view.points is None else move(view.points)
     curves = tuple(move(curve) for curve in view.curves)

@@ -17,7 +17,7 @@ from matplotlib.figure import Figure
 
 from spectral_notes._checks import as_count, as_floats, as_instance
 from spectral_notes.eigenbasis import Eigenbasis
-from spectral_notes.meshes import PointCloud, TriangleMesh
+from spectral_notes.meshes import PointCloud, Shape, TriangleMesh
 from spectral_notes.plotting import scenes
 from spectral_notes.plotting.rendering import Image, SurfaceView, render
 
@@ -64,7 +64,7 @@ def plot_matrix(A: Any, *, ax: Axes | None = None, title: str = "") -> Axes:
 
 
 def plot_surfaces(
-    surfaces: TriangleMesh | PointCloud | Sequence[TriangleMesh | PointCloud], values: Any = None, *,
+    surfaces: Shape | Sequence[Shape], values: Any = None, *,
     titles: Sequence[str] | None = None, n_columns: int | None = None, color_bar: str = "", **view: Any,
 ) -> Figure:
     """Draw surfaces, or one surface under several functions, in rows of still pictures.
@@ -93,9 +93,7 @@ def plot_surfaces(
     return plot_views(views, n_columns=n_columns, color_bar=color_bar)
 
 
-def plot_modes(
-    mesh: TriangleMesh | PointCloud, basis: Eigenbasis, modes: Sequence[int], *, n_columns: int | None = None
-) -> Figure:
+def plot_modes(mesh: Shape, basis: Eigenbasis, modes: Sequence[int], *, n_columns: int | None = None) -> Figure:
     """Draw eigenfunctions in rows, each with its nodal lines and the number of its mode.
 
     Parameters

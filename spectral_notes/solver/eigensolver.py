@@ -46,11 +46,6 @@ class Problem:
         area = float((self.scale**-2.0).sum()) if self.B is None else float(self.B.sum())
         return 4.0 * np.pi / area
 
-    def shifted(self, shift: float) -> sp.csr_array:
-        """A + shift B."""
-        B = sp.eye_array(self.A.shape[0], format="csr") if self.B is None else self.B
-        return sp.csr_array(self.A + shift * B)
-
 
 def pose(L: sp.csr_array, M: sp.csr_array, k: int) -> Problem:
     """Return the problem in the form that is solved, with an exact zero mode for each closed component, k at most."""
@@ -233,8 +228,9 @@ def _iterate(
     columns[:c] = problem.zero.T
     shift, solver = SHIFT * k * problem.spacing, None
     values = np.full(c, 1.0 / shift)
+    B = sp.eye_array(n, format="csr") if problem.B is None else problem.B
     while len(values) < k:
-        solver = solver or factorize(problem.shifted(shift), factor=factor)
+        solver = solver or factorize(sp.csr_array(problem.A + shift * B), factor=factor)
         share = min(len(values) + band, k) / k
         found = block_lanczos(
             solver, columns, values, min(band, k - len(values)), M=problem.B, block=block, tol=tol, watch=watch,
