@@ -136,7 +136,7 @@ def cotan_laplacian(mesh: TriangleMesh, *, mass: str = "lumped") -> Pair:
     kind = as_choice("mass", mass, MASSES)
     _refuse_lone_vertices(mesh)
     areas, squared, dots = _corners(mesh)
-    need_areas(mesh, areas <= FLAT * squared.max(axis=0), ". $robust works on such meshes")
+    need_areas(mesh, areas <= FLAT * squared.max(axis=0), "$robust works on such meshes")
     cotangents = (dots / (2.0 * areas)).ravel()  # (3 m,), at corners i, then j, then k
     i, j, k = mesh.faces.T.astype(np.int32)
     n = mesh.n_vertices

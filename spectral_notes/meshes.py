@@ -236,7 +236,7 @@ def need_areas(mesh: TriangleMesh, flat: NDArray[np.bool_] | None = None, remedy
     flat = flat_faces(mesh) if flat is None else flat
     if flat.any():
         say = f"mesh must have no face without area; {flat.sum()} have none, the first is face {flat.argmax()}"
-        raise Refusal(f"{say}{remedy}")
+        raise Refusal(f"{say}. {remedy}" if remedy else say)
 
 
 def row_norms(rows: FloatArray) -> FloatArray:

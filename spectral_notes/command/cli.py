@@ -235,11 +235,10 @@ def main(arguments: Sequence[str] | None = None) -> int:
     except BAD_INPUT as error:
         return _refuse(_text(error), MISUSED)
     except Exception as error:
-        known = isinstance(error, FAILURE)
-        named = _text(error) or type(error).__name__
-        return _refuse(
-            named if known else f"{type(error).__name__}: {named}; please report this, with the file", FAILED
-        )
+        kind = type(error).__name__
+        said = _text(error) or kind
+        said = said if isinstance(error, FAILURE) else f"{kind}: {said}; please report this, with the file"
+        return _refuse(said, FAILED)
     return int(code or FINE) if code != INTERRUPTED else _refuse(INTERRUPTION, INTERRUPTED)
 
 

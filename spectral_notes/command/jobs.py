@@ -69,8 +69,11 @@ def write_result(path: Path, result: Result) -> None:
     if suffix in (".png", ".html"):
         still = plot_views(result.views, n_columns=2 if len(result.views) == 4 else min(3, len(result.views)))
         plt.close(still)  # else a notebook would show it as well
-        page = report_page(result.title, result.facts, result.views, still) if suffix == ".html" else ""
-        write_whole(path, lambda place: place.write_text(page, encoding="utf-8") if page else still.savefig(place))
+        if suffix == ".png":
+            write_whole(path, still.savefig)
+        else:
+            page = report_page(result.title, result.facts, result.views, still)
+            write_whole(path, lambda place: place.write_text(page, encoding="utf-8"))
     elif suffix == ".npz" and result.save_npz is not None:
         write_whole(path, result.save_npz)
     else:

@@ -55,6 +55,7 @@ def write_arrays(
     Examples
     --------
     >>> import tempfile
+    >>> from spectral_notes.meshes import TriangleMesh
     >>> square = TriangleMesh([[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]], [[0, 1, 2], [0, 2, 3]])
     >>> with tempfile.TemporaryDirectory() as folder:
     ...     write_arrays(folder + "/square.csv", square, {"height": [0, 1, 2, 3]})
