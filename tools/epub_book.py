@@ -20,7 +20,7 @@ import uuid
 import zipfile
 from collections.abc import Iterable
 from pathlib import Path
-from urllib.parse import unquote, urlsplit
+from urllib.parse import quote, unquote, urlsplit
 
 import downloads
 from bs4 import BeautifulSoup, NavigableString, Tag
@@ -79,12 +79,12 @@ PACKAGE = """<?xml version="1.0" encoding="utf-8"?>
 """
 
 
-def formulas_of(tags: Iterable[Tag]) -> dict[Tag, tuple[str, bool]]:
-    """Return the TeX of each place of a formula, and whether it is displayed; what numbers it stays in its place."""
-    found = {}
+def formulas_of(tags: Iterable[Tag]) -> list[tuple[Tag, tuple[str, bool]]]:
+    """Return the places of formulas, each with its TeX and whether it is displayed; what numbers it stays in its place."""
+    found = []  # no dict: places with equal content are equal to Beautiful Soup
     for place in (place for tag in tags for place in tag.select(".math")):
         text = "".join(child for child in place.contents if isinstance(child, NavigableString)).strip()
-        found[place] = (text[2:-2].strip(), text.startswith(r"\["))
+        found.append((place, (text[2:-2].strip(), text.startswith(r"\["))))
     return found
 
 
@@ -132,11 +132,11 @@ def book_files(root: Path, toc: Path, pictures: Path, name: str) -> dict[str, st
     if answers:
         bodies["solutions"] = [BeautifulSoup("<h1>Solutions</h1>", "html.parser").h1, *answers]
         parts.append(("", ["solutions"]))
-    formulas = {place: one for tags in bodies.values() for place, one in formulas_of(tags).items()}
-    made = mathml(formulas.values(), root / "_static" / "mathjax" / "tex-chtml-full.js")
+    formulas = [found for tags in bodies.values() for found in formulas_of(tags)]
+    made = mathml((one for _, one in formulas), root / "_static" / "mathjax" / "tex-chtml-full.js")
     for tag in (tag for tags in bodies.values() for tag in tags):
         cleaned(tag)
-    for place, one in formulas.items():
+    for place, one in formulas:
         for child in [child for child in place.contents if isinstance(child, NavigableString)]:
             child.extract()
         place.append(BeautifulSoup(made[one], "html.parser"))
@@ -170,6 +170,8 @@ def linked(bodies: dict[str, list[Tag]]) -> dict[str, str | Path]:
                 link["href"] = f"{homes[name]}.xhtml#{name}"
             else:
                 del link["href"]
+        for link in top.select("a[href^='http']"):
+            link["href"] = quote(str(link["href"]), safe="%/:?#[]@!$&'()*+,;=~")  # an old DOI holds < and >
         for image in top.select("img[src]"):
             source = Path(unquote(urlsplit(str(image["src"])).path))
             image["src"] = name = f"images/{source.name}"

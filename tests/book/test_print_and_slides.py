@@ -17,6 +17,7 @@ import slides
 
 PAGE = """<html><body><article class="bd-article"><section><h1>{title}<a class="headerlink" href="#top">#</a></h1>
 <p><a href="{other}.html#s1">there</a> <a href="https://example.org/x">out</a> <a href="../_sources/x.ipynb">file</a></p>
+<p>Twice <span class="math">\\(N\\)</span> and <span class="math">\\(N\\)</span>; <a href="https://doi.org/a&lt;b&gt;c;2-4">old</a></p>
 <ul class="simple"><li><p><strong>1.1</strong> an objective</p></li></ul>
 {sections}
 <div class="admonition solution dropdown" id="answer"><p>Forty-two.</p></div>
@@ -171,3 +172,9 @@ def test_the_front_page_offers_what_is_there_with_its_weight(tmp_path):
     said = page.read_text(encoding="utf-8")
     assert said.count("download>") == 2 and "PDF (12 MB)" in said and "EPUB (3 MB)" in said and "slides" in said
     assert all(Path(page.parent, link).exists() for link in re.findall('href="([^"]+)"', said))
+
+
+def test_a_formula_that_comes_twice_is_one_in_both_places_and_an_old_doi_is_an_address(epub):
+    for name in ("01_one.xhtml", "02_two.xhtml"):
+        assert epub[name].count("<mi>N</mi>") == 2 and "\\(" not in epub[name]
+        assert 'href="https://doi.org/a%3Cb%3Ec;2-4"' in epub[name]

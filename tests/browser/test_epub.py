@@ -19,6 +19,7 @@ def test_pages_of_the_book_as_an_epub(html, tmp_path, capsys):
     pages = {name: ElementTree.fromstring(text) for name, text in files.items() if name.endswith(".xhtml")}
     formulas = [one for page in pages.values() for one in page.iter(MATH)]
     assert len(formulas) > 100 and all(one.get("alttext") and len(one) for one in formulas)
+    assert not [name for name, page in pages.items() if r"\(" in "".join(page.itertext())], "TeX is left"
     images = [one for page in pages.values() for one in page.findall(".//{*}img")]
     assert len(images) > 10 and all(one.get("alt") and one.get("src") in files for one in images)
     assert not [one.tag for page in pages.values() for one in page.iter() if one.tag.endswith(("script", "spectral-lab", "button"))]

@@ -263,6 +263,15 @@ def test_a_field_in_node_is_the_smoothest_of_the_library_with_its_indices(tmp_pa
 
 
 @needs_node
+def test_a_heat_step_in_node_is_that_of_the_library(tmp_path):
+    mesh = in_unit_area(coarse_copy(goat(), 300)[0])
+    L, M = connection_laplacian(mesh, 2)
+    z = np.random.default_rng(0).normal(size=2 * mesh.n_vertices).round(3)
+    found = in_node(tmp_path, arrows_data(mesh), f"Array.from(N.heatStep(d, 2, 0.3)({z.tolist()}))")
+    assert np.allclose(found, M @ z + 0.3 * (L @ z), atol=1e-3)
+
+
+@needs_node
 def test_in_a_short_time_the_nearer_arrow_decides_alone_and_in_a_long_one_both_have_a_say(tmp_path):
     mesh = in_unit_area(coarse_copy(goat(), 2500)[0])
     fixed = [int(mesh.vertices[:, 0].argmax()), int(mesh.vertices[:, 0].argmin())]
