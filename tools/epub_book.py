@@ -80,7 +80,7 @@ PACKAGE = """<?xml version="1.0" encoding="utf-8"?>
 
 
 def formulas_of(tags: Iterable[Tag]) -> list[tuple[Tag, tuple[str, bool]]]:
-    """Return the places of formulas, each with its TeX and whether it is displayed; what numbers it stays in its place."""
+    """Return the places of formulas, each with its TeX and whether it is displayed; its number stays in its place."""
     found = []  # no dict: places with equal content are equal to Beautiful Soup
     for place in (place for tag in tags for place in tag.select(".math")):
         text = "".join(child for child in place.contents if isinstance(child, NavigableString)).strip()
