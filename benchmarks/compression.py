@@ -28,6 +28,7 @@ from spectral_notes import shapes
 from spectral_notes.compression import bases, coefficients, decode, describe, encode, positions, renumbered, search
 from spectral_notes.compression.bases import graph, partition
 from spectral_notes.compression.connectivity import draco_decode, draco_encode, encode_connectivity, size_of
+from spectral_notes.compression.file_format import VERSION
 from spectral_notes.files.mesh_files import read_mesh
 from spectral_notes.geometry.mesh_distances import hausdorff_error, normal_deviation, surface_error, vertex_error
 from spectral_notes.meshes import TriangleMesh, clean_mesh
@@ -171,7 +172,7 @@ def uniform() -> dict[str, Any]:
 
 def nothing(domain: bases.Domain, X: np.ndarray) -> np.ndarray:
     """Cell means of zero: a base that says nothing."""
-    return np.zeros((int(domain.label.max()) + 1, 3))
+    return np.zeros((int(domain.label.max()) + 1, *X.shape[1:]))
 
 
 def one_class(contexts: coefficients.Contexts) -> np.ndarray:
@@ -182,14 +183,13 @@ def one_class(contexts: coefficients.Contexts) -> np.ndarray:
 PARTS: dict[str, dict[str, Any]] = {
     "all parts": {},
     "no base": {"bases.Domain.means": nothing},
-    "one softness of the lift": {"positions.SOFTNESS": (4,)},
     "axes only": {"positions.DIRECTIONS": ((positions.AXES,), (positions.SLIDING,))},
     "frames only": {"positions.DIRECTIONS": ((positions.FRAMES,), (positions.SLIDING,))},
     "patches of 75": {"bases.SIZE": 75},
     "no contexts": {"coefficients.Contexts.classes": one_class},
     "no trellis": uniform(),
     "path by error alone": {"coefficients.TRADE": 0.0},
-    "no corrections": {"search.TAIL": (np.inf, np.inf)},
+    "no corrections": {"search.TAIL": np.inf},
 }
 ROOMS = {"bases": bases, "coefficients": coefficients, "positions": positions, "search": search}
 
@@ -246,7 +246,7 @@ def main() -> None:
         else:
             kg = KarniGotsman(mesh)
             rows = [row(mesh, kg, bits, "vertex") for bits in BITS] + [row(mesh, kg, 10, "surface")]
-            report["shapes"][name] = {"kind": kind, "vertices": mesh.n_vertices, "rows": rows}
+            report["shapes"][name] = {"kind": kind, "vertices": mesh.n_vertices, "format": VERSION, "rows": rows}
             for r in rows:
                 shares = [f"{key} {r[key] / r['draco']:.3f}" for key in ("karni-gotsman", "spectral", "auto") if r[key]]
                 print(f"{name:15s} {r['quality']} {r['bits']:2d}: {r['draco']:.2f}", *shares, end=" ")

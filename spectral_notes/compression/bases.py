@@ -15,8 +15,8 @@ from threadpoolctl import threadpool_limits  # type: ignore[import-untyped]
 
 from spectral_notes._checks import FloatArray, IntArray
 
-SIZE = 300  # largest patch
-TOP = 700  # largest patch of cells
+SIZE = 300  # smallest patch of a mesh that has more vertices
+TOP = 360  # smallest patch of cells
 RADIUS = 3  # of a cell, in edges
 EPSILON = 1e-4  # separates repeated eigenvalues by far more than rounding moves them, and bends no mode visibly
 ROUNDS = 40  # conjugate gradient steps of the lift: a fixed number, so that no comparison stops it
@@ -34,8 +34,8 @@ def graph(i: IntArray, j: IntArray, n: int) -> sp.csr_array:
 
 
 def partition(W: sp.csr_array, size: int) -> list[IntArray]:
-    """ceil(n / size) ascending patches whose sizes differ by one at most, each cut across the longest hop distance."""
-    done, stack = [], [(np.arange(W.shape[0]), -(-W.shape[0] // size))]
+    """Ascending patches, n // size, whose sizes differ by one at most, each cut across the longest hop distance."""
+    done, stack = [], [(np.arange(W.shape[0]), max(W.shape[0] // size, 1))]
     while stack:
         members, parts = stack.pop()
         if parts == 1:

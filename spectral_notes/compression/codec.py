@@ -72,7 +72,7 @@ def encode(
     quality : {"vertex", "surface"}, "surface" lets vertices slide along the surface, which saves bits
     codec : {"auto", "spectral", "draco"}, "auto" takes whichever is better
     max_error : largest distance of any vertex from where it should be, in percent of the diagonal; further ones are
-        corrected. By default surfaces are kept within 2.2 times the error of vertices, or 5 times that of surfaces.
+        corrected. By default surfaces are kept within 1.45 times what Draco's grid of about the same error does.
 
     Returns
     -------

@@ -19,7 +19,7 @@ from spectral_notes.compression.connectivity import Mends
 from spectral_notes.compression.range_coder import Coder, CorruptStreamError
 
 FRAME = struct.Struct("<3sBII")
-VERSION = 3
+VERSION = 4
 
 
 @dataclass(frozen=True)

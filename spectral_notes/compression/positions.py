@@ -16,10 +16,12 @@ from spectral_notes.compression.bases import Domain
 from spectral_notes.compression.coefficients import Tables, code_block, quantise
 from spectral_notes.compression.range_coder import Coder, CorruptStreamError
 
-SOFTNESS = (2, 4, 6, 8)  # of the lift: what the encoder tries
+SOFTNESS = 4  # of the lift, as the encoder writes it
 BASE_UNIT = 0.0025  # smallest unit of the base; else it is twice the error
 AXES, FRAMES, SLIDING = 0, 1, 2  # the detail is measured along axes, in frames of the base, or coarsely in tangents
-DIRECTIONS = ((AXES, FRAMES), (SLIDING,))  # what the encoder tries, by quality
+DIRECTIONS = ((AXES, FRAMES), (AXES, SLIDING))  # what the encoder tries, by quality
+SLIDE, GAIN = 4, 1.5  # how much coarser tangents are when vertices slide, and how much that is worth, about
+Choice = tuple["Head", IntArray, FloatArray, FloatArray, FloatArray]
 
 
 def step_of(code: int) -> float:
@@ -61,35 +63,27 @@ class Head:
     @property
     def units(self) -> FloatArray:
         """Units of the detail along its three directions, (3, 1)."""
-        factor = 4 if self.directions == SLIDING else 1
+        factor = SLIDE if self.directions == SLIDING else 1
         return step_of(self.unit) * np.array([[1.0], [factor], [factor]])
 
 
-@dataclass(frozen=True, eq=False)
-class Choice:
-    """A head without unit, the indices of its base, the surface and directions that follow, and the detail in them."""
-
-    head: Head
-    k: IntArray
-    surface: FloatArray
-    frame: FloatArray
-    c: FloatArray
-
-
 def chosen(x: FloatArray, domain: Domain, error: float, quality: int) -> Choice:
-    """The softness and the directions for positions (n, 3) whose detail will take the fewest bits, about."""
+    """The base of positions (n, 3), and the directions whose detail will take the fewest bits, about.
+
+    A head without unit, the indices of the base, the surface and the frame that follow, and the detail in them.
+    """
     base, price, means = code_of(max(BASE_UNIT, 2 * error)) // 256, np.inf, domain.means(x)
-    for softness in SOFTNESS:
-        target = domain.coarse.forward(means + domain.means(x - domain.lift(means, softness)))
-        k, value = quantise(target / step_of(256 * base))
-        surface = Head(0, base, softness).surface(domain, value)
-        for directions in DIRECTIONS[quality]:
-            head = Head(0, base, softness, directions)
-            frame = head.frame(domain, surface)
-            c = domain.fine.forward(np.einsum("nij,nj->ni", frame, x - surface))
-            bits = float(np.log2(1 + (c / error) ** 2).sum())
-            if bits < price:
-                price, choice = bits, Choice(head, k, surface, frame, c)
+    target = domain.coarse.forward(means + domain.means(x - domain.lift(means, SOFTNESS)))
+    k, value = quantise(target / step_of(256 * base))
+    surface = Head(0, base, SOFTNESS).surface(domain, value)
+    for directions in DIRECTIONS[quality]:
+        head = Head(0, base, SOFTNESS, directions)
+        frame = head.frame(domain, surface)
+        c = domain.fine.forward(np.einsum("nij,nj->ni", frame, x - surface))
+        worth = np.array([[1.0], [GAIN], [GAIN]]) if directions == SLIDING else 1.0
+        bits = float(np.log2(1 + (c / worth / error) ** 2).sum())
+        if bits < price:
+            price, choice = bits, (head, k, surface, frame, c)
     return choice
 
 
@@ -102,16 +96,18 @@ def decode_positions(coder: Coder, domain: Domain) -> FloatArray:
     return x if coder.cut else corrected(coder, x, np.zeros_like(x), np.zeros(0, dtype=np.int64), 1.0)
 
 
-def corrected(coder: Coder, x: FloatArray, gap: FloatArray, far: IntArray, bound: float) -> FloatArray:
+def corrected(coder: Coder, x: FloatArray, missed: FloatArray, far: IntArray, bound: float) -> FloatArray:
     """Write, or read, displacements that bring the vertices `far` within a bound; return the corrected positions."""
     x, at, count = x.copy(), -1, coder.unsigned(len(far))
     if count > len(x):
         raise CorruptStreamError("the corrections are more than there are vertices")
-    code = coder.bits(16, code_of(bound * 2 * 0.99 / 3**0.5)) if count else 0
+    code, low = (coder.bits(16, code_of(bound * 2 * 0.99 / 3**0.5)), len(x) // count) if count else (0, 0)
+    low = low.bit_length() - 1  # bits of a gap between two of them that no code shortens
     for i in range(count):
-        at += 1 + coder.unsigned(0 if coder.reading else int(far[i]) - at - 1)
+        gap = 0 if coder.reading else int(far[i]) - at - 1
+        at += 1 + (coder.unsigned(gap >> low) << low | coder.bits(low, gap))
         if at >= len(x):
             raise CorruptStreamError("the corrections name a vertex that is not there")
-        steps = np.rint(gap[at] / step_of(code)).astype(np.int64).tolist()
+        steps = np.rint(missed[at] / step_of(code)).astype(np.int64).tolist()
         x[at] += step_of(code) * np.array([coder.signed(step) for step in steps])
     return x

@@ -20,7 +20,8 @@ from spectral_notes.geometry.mesh_distances import surface_error
 from spectral_notes.meshes import TriangleMesh
 
 QUALITIES = ("vertex", "surface")
-TAIL = (2.2, 5.0)  # the largest distance of surfaces by default, per root mean square error, by quality
+TAIL = 1.45  # the largest distance of surfaces by default, per that of Draco's grid of about the same error
+STEP = (2.0, 4.7)  # of a grid, per its error, by quality, about
 FINEST = 22  # bits a coordinate that Draco's float32 can carry
 Found = list[tuple[bytes, float]]  # files and their errors
 
@@ -51,12 +52,22 @@ class Job:
 
     def far(self, x: FloatArray) -> tuple[IntArray, float]:
         """The vertices to correct and the bound: of vertices if one was asked for, else of the surfaces' distance."""
-        bound, faces = (self.bound or TAIL[self.quality] * self.error(x)) / 100 * self.diagonal, self.connectivity.faces
-        gap = ((self.x - x) ** 2).sum(axis=1)
-        if not self.bound:
-            one, two = (igl.point_mesh_squared_distance(a, b, faces)[0] for a, b in ((self.x, x), (x, self.x)))
-            gap = np.maximum(one, two)
-        return np.flatnonzero(gap > (0.999 * bound) ** 2), bound
+        percent = self.diagonal / 100
+        if self.bound:
+            gap, bound = np.linalg.norm(self.x - x, axis=1), self.bound * percent
+        else:
+            low, extent = self.x.min(axis=0), np.ptp(self.x, axis=0).max()
+            error = max(self.error(x), 1e-12) * percent
+            step = extent / (2 ** max(np.rint(np.log2(extent / (STEP[self.quality] * error) + 1)), 1) - 1)
+            grid = low + np.rint((self.x - low) / step) * step
+            tail = self.gaps(grid).max() / max(self.error(grid) * percent, 1e-300)
+            gap, bound = self.gaps(x), TAIL * max(tail, 1.0) * error  # a grid may be exact
+        return np.flatnonzero(gap > 0.999 * bound), bound
+
+    def gaps(self, x: FloatArray) -> FloatArray:
+        """How far each vertex lies from the surface it should be on, or its own place from the surface decoded."""
+        pairs = (self.x, x), (x, self.x)
+        return np.sqrt(np.max([igl.point_mesh_squared_distance(*p, self.connectivity.faces)[0] for p in pairs], axis=0))
 
     def front(self, spectral: bool) -> Coder:
         """A coder that has written what comes before any position."""
@@ -74,13 +85,14 @@ class Job:
 
 def spectral_files(job: Job) -> Found:
     """The spectral file that meets the target, and its error."""
-    domain, choice = job.domain, chosen(job.x, job.domain, job.guess, job.quality)
+    domain = job.domain
+    start, base, surface, frame, detail = chosen(job.x, domain, job.guess, job.quality)
 
     @lru_cache
     def coded(unit: float) -> tuple[Head, IntArray, FloatArray, float]:
-        head = replace(choice.head, unit=code_of(unit))
-        k, value = quantise(choice.c / head.units)
-        x = head.place(domain, choice.surface, choice.frame, value)
+        head = replace(start, unit=code_of(unit))
+        k, value = quantise(detail / head.units)
+        x = head.place(domain, surface, frame, value)
         return head, k, x, job.error(x)
 
     @lru_cache
@@ -88,7 +100,7 @@ def spectral_files(job: Job) -> Found:
         head, k, x, _ = coded(unit)
         coder, tables = job.front(True), Tables()
         head.code(coder)
-        code_block(coder, tables, domain.coarse.shape, choice.k)
+        code_block(coder, tables, domain.coarse.shape, base)
         code_block(coder, tables, domain.fine.shape, k)
         corrected(coder, x, job.x - x, *job.far(x))
         return pack(job.connectivity.stream, coder.finish())

@@ -11,7 +11,7 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
-from spectral_notes.compression import decode, describe, encode, renumbered
+from spectral_notes.compression import decode, describe, encode, renumbered, search
 from spectral_notes.compression.connectivity import encode_connectivity
 from spectral_notes.geometry.mesh_distances import hausdorff_error, normal_deviation, surface_error, vertex_error
 from spectral_notes.meshes import TriangleMesh
@@ -108,6 +108,26 @@ def test_no_vertex_is_further_away_than_max_error(lumpy, codec):
     assert worst(bounded) <= 0.15
     assert codec == "draco" or worst(free) > 0.15
     assert hausdorff_error(original, bounded) <= 0.15
+
+
+def spiky() -> TriangleMesh:
+    """Smooth but for twelve spikes, where a base says nothing."""
+    mesh, rng = egg(subdivisions=4), np.random.default_rng(0)
+    vertices = mesh.vertices.copy()
+    vertices[rng.integers(0, len(vertices), 12)] *= 1.1
+    return TriangleMesh(vertices, mesh.faces)
+
+
+@pytest.mark.parametrize(("tail", "within"), [(search.TAIL, True), (np.inf, False)])
+def test_by_default_no_distance_is_half_as_long_again_as_dracos(monkeypatch, tail, within):
+    monkeypatch.setattr(search, "TAIL", tail)
+    mesh = spiky()
+    grid = (np.ptp(mesh.vertices, axis=0).max()) / 255
+    rounded = TriangleMesh(np.rint((mesh.vertices - mesh.vertices.min(axis=0)) / grid) * grid, mesh.faces)
+    rounded = TriangleMesh(rounded.vertices + mesh.vertices.min(axis=0), mesh.faces)
+    data = encode(mesh, error=vertex_error(mesh, rounded), codec="spectral")
+    largest = hausdorff_error(renumbered(mesh), decode(data))
+    assert (largest <= 1.5 * hausdorff_error(mesh, rounded)) == within
 
 
 def test_a_file_cut_short_gives_a_smoother_mesh_and_never_a_worse_one_from_more_bytes(lumpy):
