@@ -235,8 +235,8 @@ def need_areas(mesh: TriangleMesh, flat: NDArray[np.bool_] | None = None, remedy
     """Raise unless every face has an area; `flat`, what `flat_faces` returns, may be known already."""
     flat = flat_faces(mesh) if flat is None else flat
     if flat.any():
-        say = f"mesh must have no face without area; {flat.sum()} have none, the first is face {flat.argmax()}"
-        raise Refusal(f"{say}. {remedy}" if remedy else say)
+        say = f"{flat.sum()} of its faces have none, the first is face {flat.argmax()}"
+        raise Refusal(f"mesh must have no face without area; {say}" + (f". {remedy}" if remedy else ""))
 
 
 def row_norms(rows: FloatArray) -> FloatArray:

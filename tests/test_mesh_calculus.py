@@ -241,5 +241,5 @@ def test_refusals(call, error, message):
 
 
 def test_flat_faces_have_no_gradient():
-    with pytest.raises(ValueError, match="no face without area; 1 have none, the first is face 0"):
+    with pytest.raises(ValueError, match="no face without area; 1 of its faces have none, the first is face 0"):
         gradient_matrix(TriangleMesh([[0, 0, 0], [1, 0, 0], [2, 0, 0]], [[0, 1, 2]]))
