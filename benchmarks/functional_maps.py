@@ -222,7 +222,7 @@ def led_astray(pair: Pair, bases: tuple[Any, Any]) -> ShapeMatch:
     points, scale = pair.mesh_1.vertices, np.sqrt(pair.mesh_1.area)
     gaps = [np.linalg.norm(points[end.p2p_21[pair.at_2]] - points[pair.true_21], axis=1) / scale for end in ends]
     astray = [end for end, gap in zip(ends, gaps, strict=True) if gap.mean() > 0.1 or not end.is_upright]
-    return shape_matching.best_match(meshes, bases, astray or ends, K)
+    return shape_matching.best_match(meshes, bases, astray or ends, none)
 
 
 def pyfm_map(pair: Pair, bases: tuple[Any, Any], landmarks: np.ndarray, w_orient: float) -> np.ndarray:

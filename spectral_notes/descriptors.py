@@ -111,12 +111,17 @@ def wave_kernel_signature(basis: Eigenbasis, energies: ArrayLike, width: float) 
     >>> (basis.M @ wks).sum(axis=0).round(12).tolist()
     [1.0, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0]
     """
-    energies, width = as_increasing("energies", energies), as_number("width", width, above=0.0)
+    evecs, gains = wave_kernel_gains(basis, as_increasing("energies", energies), as_number("width", width, above=0.0))
+    return np.asarray(evecs**2 @ gains)
+
+
+def wave_kernel_gains(basis: Eigenbasis, energies: FloatArray, width: float) -> tuple[FloatArray, FloatArray]:
+    """Return the modes beyond the constants (n, modes), and their weights (modes, p) at p energies, each sum one."""
     first = first_nonzero(basis, 2)
     distance = (energies - np.log(basis.evals[first:, None])) / width  # (modes, p)
     nearest = (distance**2).min(axis=0)  # taken off, so that no column underflows
     gains = np.exp(-0.5 * (distance**2 - nearest))
-    return np.asarray(basis.evecs[:, first:] ** 2 @ (gains / gains.sum(axis=0)))
+    return basis.evecs[:, first:], gains / gains.sum(axis=0)
 
 
 def signature_energies(basis: Eigenbasis, n_energies: int = 100) -> tuple[FloatArray, float]:

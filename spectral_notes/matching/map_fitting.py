@@ -9,7 +9,7 @@ import scipy.sparse as sp
 from numpy.typing import ArrayLike
 
 from spectral_notes._checks import FloatArray, as_count, as_floats, as_indices, as_number
-from spectral_notes.descriptors import first_nonzero, signature_energies, unit_area, wave_kernel_signature
+from spectral_notes.descriptors import signature_energies, unit_area, wave_kernel_gains
 from spectral_notes.eigenbasis import Eigenbasis
 from spectral_notes.functional_maps import size_ratio
 from spectral_notes.mesh_calculus import arrows_of_rows, gradient_matrix
@@ -50,19 +50,9 @@ def point_descriptors(basis: Eigenbasis, landmarks: ArrayLike = (), *, n_each: i
     basis = unit_area(basis)
     energies, width = signature_energies(basis, as_count("n_each", n_each, 2))
     marks = as_indices("landmarks", landmarks, ("q",), basis.n)
-    kernels = [_wave_kernels(basis, mark, energies, width) for mark in marks]
-    columns = np.hstack([wave_kernel_signature(basis, energies, width), *kernels])
+    evecs, gains = wave_kernel_gains(basis, energies, width)
+    columns = np.hstack([evecs**2 @ gains, *(evecs @ (evecs[mark, :, None] * gains) for mark in marks)])
     return columns / np.sqrt((columns * (basis.M @ columns)).sum(axis=0))
-
-
-def _wave_kernels(basis: Eigenbasis, landmark: int, energies: FloatArray, width: float) -> FloatArray:
-    """The wave kernel of a landmark, a column (n,) for each energy."""
-    first = first_nonzero(basis, 2)
-    distance = (energies - np.log(basis.evals[first:, None])) / width  # (modes, p)
-    gains = np.exp(-0.5 * (distance**2 - (distance**2).min(axis=0)))
-    gains /= gains.sum(axis=0)
-    evecs = basis.evecs[:, first:]
-    return np.asarray(evecs @ (evecs[landmark, :, None] * gains))
 
 
 def multiplications(basis: Eigenbasis, functions: ArrayLike) -> list[FloatArray]:

@@ -65,7 +65,12 @@ def _settled(view_1: View, view_2: View, C: FloatArray, sizes: list[int]) -> Can
         back = np.linalg.lstsq(view_1.rows[:, :k], view_2.rows[p2p_12, :k], rcond=None)[0]
         left, _, right = np.linalg.svd(there + back.T)
         C = left @ right
-    return Candidate(C, _matched(view_1, view_2, C)[2])
+    return Candidate(C, misfit_of(view_1, view_2, C))
+
+
+def misfit_of(view_1: View, view_2: View, C_12: FloatArray) -> float:
+    """The mean squared distance to the nearest sample, both ways, of the square map's first modes and of looks."""
+    return _matched(view_1, view_2, C_12[:CANDIDATE_SIZE, :CANDIDATE_SIZE])[2]
 
 
 def _matched(view_1: View, view_2: View, C: FloatArray) -> tuple[IntArray, IntArray, float]:

@@ -17,7 +17,7 @@ from spectral_notes.functional_maps import functional_map, point_map
 from spectral_notes.laplacians import cotan_laplacian
 from spectral_notes.matching.map_fitting import fit_functional_map, multiplications, point_descriptors, rotations
 from spectral_notes.matching.map_refinement import bijective_zoomout, zoomout
-from spectral_notes.matching.map_search import Candidate, candidate_maps, view
+from spectral_notes.matching.map_search import candidate_maps, misfit_of, view
 from spectral_notes.matching.point_maps import orientation_score, precise_map
 from spectral_notes.mesh_calculus import surface_weights
 from spectral_notes.meshes import (
@@ -36,15 +36,17 @@ Bases = tuple[Eigenbasis, Eigenbasis]
 
 N_VIEWED = 400  # samples that the search sees
 N_TRIED = 4  # candidates that are refined before they are compared
-REFIT_SIZE = 40  # modes of the least-squares system with orientation
+ENOUGH = 4  # landmarks from which on they give a candidate of their own, and the best is fitted a second time
 SOFT_LANDMARKS = 12  # images under a candidate that the system is given beside true landmarks
-N_OPERATORS = 10  # descriptors, evenly taken, that give pairs of operators: neighbours hardly differ
+# columns of each descriptor, how many of all give pairs of operators, and modes, of the system with orientation: where
+# images under a map count beside landmarks, and where landmarks stand alone
+WITH_IMAGES, ALONE = (20, 10, 40), (100, 60, 30)
 COARSE = 80  # modes up to which candidates are refined, on samples
 STEP = 20  # modes more in each round after that, with all vertices
+FINE_STEP = 10  # the same, between the two fits that landmarks pay for
 NEAR = 0.1  # images this close, in square roots of the area, count as the same place
 MOSTLY_HOLE = 0.2  # holes, as circles of their length, of this share of the area leave a shape without an inside
 LIGHT = 5000  # vertices of the copies that `fast` matches
-HEIGHT_WEIGHT = 1.0  # of the height along `up` among what points look like
 BIAS = -4.0  # of the doubt, when no clue speaks
 # the weight of each clue in the doubt, and from where on it counts
 CLUES = {
@@ -87,14 +89,16 @@ class ShapeMatch:
 
 def match_shapes(
     mesh_1: TriangleMesh, mesh_2: TriangleMesh, landmarks: ArrayLike = (), *, k: int = 200, n_samples: int = 1500,
-    up: ArrayLike | None = None, fast: bool = False, bases: tuple[Eigenbasis, Eigenbasis] | None = None,
+    up: ArrayLike | None = None, fast: bool = False, bases: Bases | None = None,
 ) -> ShapeMatch:
     """Return a map between two nearly isometric shapes, from signatures, landmarks and orientation, by ZoomOut.
 
     A tree over the signs of the first modes gives candidates that agree with signatures and landmarks. The best that
     land right side up are fitted again, by least squares with orientation, refined on samples to 80 modes, and ranked
     by the area that lands right side up, the defect from an isometry, and the misfit of signatures. The first of them
-    is refined to k modes with all vertices, and once more by a precise map. Bodies inside out are turned first.
+    is refined to k modes with all vertices, and once more by a precise map. From four landmarks on, a fit to them alone
+    is a candidate too, and the best is fitted a second time, to images under what it was refined to. Bodies inside out
+    are turned first.
 
     Parameters
     ----------
@@ -139,7 +143,7 @@ def match_shapes(
         return _match_copies(meshes, pairs, k, n_samples, up, bases)
     both = _bases(*meshes, k, bases)
     samples = farthest_points(meshes[0].vertices, n_samples), farthest_points(meshes[1].vertices, n_samples)
-    return best_match(meshes, both, refined_candidates(meshes, both, samples, pairs, hints), k)
+    return best_match(meshes, both, refined_candidates(meshes, both, samples, pairs, hints), pairs)
 
 
 def isometry_defect(C_12: ArrayLike) -> float:
@@ -210,12 +214,10 @@ def _heights(mesh: TriangleMesh, up: ArrayLike | None) -> FloatArray:
     if not direction.any():
         raise ValueError("up must not be the zero vector; give the direction away from the floor, such as [0, 1, 0]")
     height = mesh.vertices @ (direction / np.linalg.norm(direction))
-    return HEIGHT_WEIGHT * (height - (height.max() + height.min()) / 2)[:, None] / np.sqrt(mesh.area)
+    return np.asarray((height - (height.max() + height.min()) / 2)[:, None] / np.sqrt(mesh.area))
 
 
-def _bases(
-    mesh_1: TriangleMesh, mesh_2: TriangleMesh, k: int, bases: Bases | None
-) -> Bases:
+def _bases(mesh_1: TriangleMesh, mesh_2: TriangleMesh, k: int, bases: Bases | None) -> Bases:
     """The first k modes of both shapes, scaled to area one."""
     if bases is None:
         bases = compute_eigenbasis(*cotan_laplacian(mesh_1), k), compute_eigenbasis(*cotan_laplacian(mesh_2), k)
@@ -230,6 +232,7 @@ def _bases(
 class Refined:
     """Hold a candidate after refinement on samples, ranked: area on its own side, less defect, less log misfit / 4."""
 
+    start: FloatArray
     C_12: FloatArray
     p2p_21: IntArray
     defect: float
@@ -240,70 +243,84 @@ class Refined:
 def refined_candidates(
     meshes: Meshes, bases: Bases, samples: tuple[IntArray, IntArray], pairs: IntArray, hints: list[FloatArray]
 ) -> list[Refined]:
-    """The candidates with the least misfit: N_TRIED right side up, and one mirrored, if there are any."""
-    views = [view(bases[i], samples[i][:N_VIEWED], pairs[:, i], hints[i]) for i in (0, 1)]
-    found = candidate_maps(views[0], views[1])
+    """The map that landmarks give, and those with the least misfit: N_TRIED right side up, one mirrored, if any are."""
+    one, two = (view(bases[i], samples[i][:N_VIEWED], pairs[:, i], hints[i]) for i in (0, 1))
+    found = candidate_maps(one, two)
     upright = [orientation_score(*meshes, point_map(*bases, candidate.C_12)) > 0.5 for candidate in found]
-    return [
-        _refined(meshes, bases, samples, candidate, pairs, right)
+    ends = [
+        _refined(meshes, bases, samples, _fitted(_facing(meshes, right), bases, pairs, near.C_12), near.misfit, right)
         for right, n in ((True, N_TRIED), (False, 1))
-        for candidate in [one for one, up in zip(found, upright, strict=True) if up == right][:n]
+        for near in [one for one, up in zip(found, upright, strict=True) if up == right][:n]
     ]
+    if len(pairs) < ENOUGH:
+        return ends
+    C_12 = _fitted(meshes, bases, pairs)
+    right = orientation_score(*meshes, point_map(*bases, C_12)) > 0.5
+    return [_refined(meshes, bases, samples, C_12, misfit_of(one, two, C_12), right), *ends]
 
 
-def best_match(meshes: Meshes, bases: Bases, ends: list[Refined], k: int) -> ShapeMatch:
-    """The first by rank, refined to k modes with all vertices and by a precise map, with its doubt."""
+def best_match(meshes: Meshes, bases: Bases, ends: list[Refined], pairs: IntArray) -> ShapeMatch:
+    """The first by rank, or the first that leads where it leads if landmarks were enough, refined, with its doubt."""
     best = max(ends, key=lambda end: (end.is_upright, end.rank))
-    C_12 = zoomout(*bases, best.C_12, k=k, step=STEP)
+    if len(pairs) >= ENOUGH:
+        # landmarks say more of details than the search does, and once refined, its images say more than its first ones
+        beside = [end.is_upright == best.is_upright and not _elsewhere(meshes, bases[1], best, end) for end in ends]
+        best = ends[beside.index(True)]
+        C_12 = zoomout(*bases, best.start, step=FINE_STEP)
+        C_12 = zoomout(*bases, _fitted(_facing(meshes, best.is_upright), bases, pairs, C_12), step=FINE_STEP)
+    else:
+        C_12 = zoomout(*bases, best.C_12, step=STEP)
     C_12 = functional_map(*bases, precise_map(meshes[0], *bases, C_12))
     p2p_21 = point_map(*bases, C_12)
     score = orientation_score(*meshes, p2p_21)
-    far = [end for end in ends if end is not best and _elsewhere(meshes[0], bases[1], best, end)]
+    far = [end for end in ends if end is not best and _elsewhere(meshes, bases[1], best, end)]
     clues = _clues(meshes, score, isometry_defect(C_12), best, far)
     return ShapeMatch(C_12, p2p_21, score, *doubt_of(clues), clues, *bases)
 
 
+def _facing(meshes: Meshes, is_upright: bool) -> Meshes:
+    """The shapes as they are, or the second turned over, for a map that is upside down, as of a mirror image."""
+    return meshes if is_upright else (meshes[0], TriangleMesh(meshes[1].vertices, meshes[1].faces[:, ::-1]))
+
+
 def _refined(
-    meshes: Meshes, bases: Bases, samples: tuple[IntArray, IntArray], candidate: Candidate, pairs: IntArray,
-    is_upright: bool,
+    meshes: Meshes, bases: Bases, samples: tuple[IntArray, IntArray], start: FloatArray, misfit: float, is_upright: bool
 ) -> Refined:
-    """A candidate fitted with orientation and refined to COARSE modes; one that is upside down as a mirror image."""
-    one, two = meshes if is_upright else (meshes[0], TriangleMesh(meshes[1].vertices, meshes[1].faces[:, ::-1]))
-    C = _refit(one, two, *bases, candidate.C_12, pairs)
-    C, _ = bijective_zoomout(*bases, C, C.T, k=max(len(C), min(COARSE, bases[0].k)), samples=samples)
+    """A map refined to COARSE modes, and ranked; one that is upside down as a mirror image."""
+    C, _ = bijective_zoomout(*bases, start, start.T, k=max(len(start), min(COARSE, bases[0].k)), samples=samples)
     p2p_21 = point_map(*bases, C)
     defect = isometry_defect(C)
-    rank = orientation_score(one, two, p2p_21) - defect - 0.25 * np.log(max(candidate.misfit, 0.0) + 1e-9)
-    return Refined(C, p2p_21, defect, float(rank), is_upright)
+    score = orientation_score(*_facing(meshes, is_upright), p2p_21)
+    rank = score - defect - 0.25 * np.log(max(misfit, 0.0) + 1e-9)
+    return Refined(start, C, p2p_21, defect, float(rank), is_upright)
 
 
-def _refit(
-    mesh_1: TriangleMesh, mesh_2: TriangleMesh, basis_1: Eigenbasis, basis_2: Eigenbasis, C_12: FloatArray,
-    pairs: IntArray,
-) -> FloatArray:
-    """A map fitted anew to signatures, landmarks, some images under the old map, products and orientation."""
-    at_2 = farthest_points(mesh_2.vertices, min(SOFT_LANDMARKS, mesh_2.n_vertices))
-    soft = np.column_stack([point_map(basis_1, basis_2, C_12)[at_2], at_2])
-    both = np.vstack([pairs, soft])
-    f_1, f_2 = (point_descriptors(basis, both[:, i], n_each=20) for i, basis in enumerate((basis_1, basis_2)))
-    some = np.linspace(0, f_1.shape[1] - 1, N_OPERATORS).astype(np.int64)
-    few_1, few_2 = (basis.truncate(min(REFIT_SIZE, basis.k)) for basis in (basis_1, basis_2))
-    # of area one, as the bases are
-    one, two = (TriangleMesh(mesh.vertices / np.sqrt(mesh.area), mesh.faces) for mesh in (mesh_1, mesh_2))
-    operators_1 = multiplications(few_1, f_1[:, some]) + rotations(one, few_1, f_1[:, some])
-    operators_2 = multiplications(few_2, f_2[:, some]) + rotations(two, few_2, f_2[:, some])
-    return fit_functional_map(few_1, few_2, f_1, f_2, operators=list(zip(operators_1, operators_2, strict=True)))
+def _fitted(meshes: Meshes, bases: Bases, pairs: IntArray, C_12: FloatArray | None = None) -> FloatArray:
+    """A map fitted to signatures, landmarks, products and orientation; and to some images under a map that is known."""
+    n_each, n_operators, size = ALONE if C_12 is None else WITH_IMAGES
+    if C_12 is not None:
+        at_2 = farthest_points(meshes[1].vertices, min(SOFT_LANDMARKS, meshes[1].n_vertices))
+        pairs = np.vstack([pairs, np.column_stack([point_map(*bases, C_12)[at_2], at_2])])
+    few, functions, operators = [], [], []
+    for mesh, basis, marks in zip(meshes, bases, pairs.T, strict=True):
+        f = point_descriptors(basis, marks, n_each=n_each)
+        some = f[:, np.linspace(0, f.shape[1] - 1, n_operators).astype(np.int64)]
+        short = basis.truncate(min(size, basis.k))
+        unit = TriangleMesh(mesh.vertices / np.sqrt(mesh.area), mesh.faces)  # of area one, as the bases are
+        few.append(short)
+        functions.append(f)
+        operators.append(multiplications(short, some) + rotations(unit, short, some))
+    return fit_functional_map(few[0], few[1], *functions, operators=list(zip(*operators, strict=True)))
 
 
-def _elsewhere(mesh_1: TriangleMesh, basis_2: Eigenbasis, one: Refined, other: Refined) -> bool:
+def _elsewhere(meshes: Meshes, basis_2: Eigenbasis, one: Refined, other: Refined) -> bool:
     """Whether two maps send more than a twentieth of shape 2's area to places that are not near."""
-    gaps = np.linalg.norm(mesh_1.vertices[one.p2p_21] - mesh_1.vertices[other.p2p_21], axis=1) / np.sqrt(mesh_1.area)
+    points = meshes[0].vertices
+    gaps = np.linalg.norm(points[one.p2p_21] - points[other.p2p_21], axis=1) / np.sqrt(meshes[0].area)
     return bool(basis_2.M.sum(axis=1)[gaps > NEAR].sum() > 0.05)
 
 
-def _clues(
-    meshes: Meshes, score: float, defect: float, best: Refined, others: list[Refined]
-) -> dict[str, float]:
+def _clues(meshes: Meshes, score: float, defect: float, best: Refined, others: list[Refined]) -> dict[str, float]:
     """What speaks against a map; a rival speaks by its rank and by how nearly it is an isometry, as a symmetry is."""
     rival = max((one.rank - best.rank - one.defect for one in others if one.is_upright), default=-1.0)
     mirrored = max((one.rank - best.rank for one in others if not one.is_upright), default=-1.0)

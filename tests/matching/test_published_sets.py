@@ -98,8 +98,9 @@ def test_the_page_says_what_the_benchmark_kept(benchmark: ModuleType) -> None:
     lines = benchmark.beside_pyfm(five)
     assert lines and all(line in page for line in lines)
     over = {name: three[name] / row["ours 5"]["error"] for name, row in five.items()}
-    assert [name for name, ratio in over.items() if ratio > 1.1] == ["goat rest -> look"]
-    assert [name for name, row in five.items() if benchmark.is_wrong(row["ours 5"])] == ["person strong walk -> short reach"]
+    assert len(five) == 10 and sum(ratio > 1.1 for ratio in over.values()) == 6  # missed on six of ten, says the page
+    assert [float(line.split("|")[-2]) > 1.05 for line in lines].count(True) == 3 and "missed** on three of ten" in page.replace("\n", " ")
+    assert not any(benchmark.is_wrong(row["ours 5"]) or row["ours 5"]["doubt"] >= 0.5 for row in five.values())
 
 
 def test_eight_persons_at_once_agree_better_than_each_alone() -> None:

@@ -133,12 +133,15 @@ def test_outward_turns_bodies_even_with_a_hole_and_leaves_fields_alone() -> None
     assert outward(field) is field and outward(inside_out(field)).faces[0, 0] == field.faces[0, 2]
 
 
-def test_a_mirror_image_is_doubted() -> None:
+@pytest.mark.parametrize("n_landmarks", [0, 5])
+def test_a_mirror_image_is_doubted(n_landmarks: int) -> None:
     pair = turned(lopsided)
+    landmarks = [[pair.true_21[i], i] for i in (0, 100, 200, 300, 400)[:n_landmarks]]
     image = TriangleMesh(pair.two.vertices * [1, -1, 1], pair.two.faces[:, ::-1])
-    match = match_shapes(pair.one, image, k=60)
+    match = match_shapes(pair.one, image, landmarks, k=60)
     assert not match.is_sure and match.reason
-    assert match_shapes(pair.one, pair.two, k=60).is_sure
+    right = match_shapes(pair.one, pair.two, landmarks, k=60)
+    assert right.is_sure and pair.error(right) < 0.02
 
 
 @pytest.mark.parametrize("seed", [0, 1])
