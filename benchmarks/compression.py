@@ -110,7 +110,7 @@ class KarniGotsman:
         self.n, self.diagonal = n, np.linalg.norm(np.ptp(V, axis=0))
         W = graph(F.ravel(), F[:, [1, 2, 0]].ravel(), n)
         self.spectra = []
-        for patch in partition(W, size):
+        for patch in partition(W, n // -(-n // size)):
             A = W[patch][:, patch].toarray()
             B = np.linalg.eigh(np.diag(A.sum(axis=1)) - A)[1]
             self.spectra.append(B.T @ (V[patch] - V.mean(axis=0)))
