@@ -7,11 +7,12 @@ a mesh and a point cloud.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cache
 
 import numpy as np
 import scipy.sparse as sp
 from numpy.typing import ArrayLike
-from threadpoolctl import threadpool_limits  # type: ignore[import-untyped]
+from threadpoolctl import ThreadpoolController  # type: ignore[import-untyped]
 
 from spectral_notes._checks import FloatArray, as_choice, as_count, as_floats, as_number, as_signal, as_symmetric
 from spectral_notes.solver import eigensolver
@@ -144,7 +145,7 @@ def compute_eigenbasis(
     tol = as_number("tol", tol, above=0.0)
     factor = as_choice("factor", factor, FACTORS)
     budget = None if max_bytes is None else as_number("max_bytes", max_bytes, above=0.0)
-    with threadpool_limits(limits=threads, user_api="blas"), eigensolver.progress_bar(progress) as watch:
+    with _blas().limit(limits=threads, user_api="blas"), eigensolver.progress_bar(progress) as watch:
         problem = eigensolver.pose(L, M, k)
         evecs, again = eigensolver.solve(problem, k, tol=tol, seed=seed, factor=factor, max_bytes=budget, watch=watch)
         evals, residuals, n_zero = eigensolver.measure(problem, L, M, evecs, tol, again)
@@ -152,6 +153,12 @@ def compute_eigenbasis(
             eigensolver.certify(L, M, evals, residuals)
     fix_signs(evecs)
     return _fill(object.__new__(Eigenbasis), evals, evecs, M, residuals, n_zero)
+
+
+@cache
+def _blas() -> ThreadpoolController:
+    """The linear algebra of NumPy and SciPy: to find it takes as long as a few modes of a small mesh."""
+    return ThreadpoolController()
 
 
 def _fill(
