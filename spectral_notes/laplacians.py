@@ -36,7 +36,7 @@ Pair = tuple[sp.csr_array, sp.csr_array]
 MASSES = ("lumped", "voronoi", "full")
 BLOCK = 20_000  # points whose neighbourhoods are held at once
 FLAT_ANGLE = 1e-9  # sine of the angle at the point, below which a triangle of its star is a line
-TIE = 1e-3  # of the squared gap to the nearest point: by how much a point's own number parts four on one circle
+TIE = 1e-7  # of the squared gap to the nearest point: by how much a point's own number parts four on one circle
 COPY = 10.0  # weight between copies of a point of a cloud; an edge of even triangles has 0.6
 
 

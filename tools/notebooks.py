@@ -334,7 +334,8 @@ async def execute_all(
                 progress.line(f"FAILED   {path.name}")
                 wrong.append(str(error))
 
-    await asyncio.gather(*(one(path) for path in paths))
+    # The first chapters take the least: they come last, so that no process is left alone with a long one.
+    await asyncio.gather(*(one(path) for path in sorted(paths, reverse=True)))
     return wrong
 
 
