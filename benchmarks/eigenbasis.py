@@ -192,6 +192,8 @@ CELLS: list[tuple[str, int, int, list[str], int, int]] = [  # shape, n, k, metho
     *((shape, 10_000, 100, EIGHT, 1, 3) for shape in SHAPES),
     ("blob", 2_562, 20, ALL, 1, 3),
     ("icosphere", 2_562, 20, ALL, 1, 3),
+    ("icosphere", 40_962, 100, EIGHT, 1, 3),
+    ("icosphere", 40_962, 20, EIGHT, 1, 3),
 ]
 QUICK = [("blob", 3_000, 60, MAIN, 1, 3), ("patch", 3_000, 60, ["engine", "classic listing"], 2, 3)]
 
