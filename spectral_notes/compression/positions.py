@@ -16,7 +16,7 @@ from spectral_notes.compression.bases import Domain
 from spectral_notes.compression.coefficients import Tables, code_block, quantise
 from spectral_notes.compression.range_coder import Coder, CorruptStreamError
 
-SOFTNESS = 4  # of the lift, as the encoder writes it
+SOFTNESS, SOFTEST = 4, 8  # of the lift: what the encoder writes, and what the fixed steps of the lift can bear
 BASE_UNIT = 0.0025  # smallest unit of the base; else it is twice the error
 AXES, FRAMES, SLIDING = 0, 1, 2  # the detail is measured along axes, in frames of the base, or coarsely in tangents
 DIRECTIONS = ((AXES, FRAMES), (AXES, SLIDING))  # what the encoder tries, by quality
@@ -90,6 +90,8 @@ def chosen(x: FloatArray, domain: Domain, error: float, quality: int) -> Choice:
 def decode_positions(coder: Coder, domain: Domain) -> FloatArray:
     """The positions (n, 3), or as much of them as is there."""
     head, tables = Head().code(coder), Tables()
+    if head.softness > SOFTEST:
+        raise CorruptStreamError("the base is softer than any encoder makes it")
     surface = head.surface(domain, code_block(coder, tables, domain.coarse.shape))
     detail = code_block(coder, tables, domain.fine.shape)
     x = head.place(domain, surface, head.frame(domain, surface), detail)

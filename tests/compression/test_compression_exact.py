@@ -331,11 +331,11 @@ def test_a_small_file_cannot_announce_a_large_mesh(small):
         decode(small, max_vertices=20)
 
 
-def spectral(stream: bytes | None = None, mends: Mends = NONE, write=lambda coder: None) -> bytes:
+def spectral(stream: bytes | None = None, mends: Mends = NONE, write=lambda coder: None, softness: int = 2) -> bytes:
     """A file of an egg whose payload goes on as `write` says."""
     coder = Coder()
     front(coder, Place(), mends, True, 2**24)
-    Head(10000, 50, 2, 0).code(coder)
+    Head(10000, 50, softness, 0).code(coder)
     write(coder)
     return pack(stream or encode_connectivity(egg(subdivisions=1).faces, 42).stream, coder.finish())
 
@@ -387,6 +387,7 @@ def mends(*values: int) -> bytes:
         (b"SGN\x11" + bytes(20), "data is of version 1; this library reads version 4: decode it with the release that"),
         (b"SGN\x04" + bytes(20), "data does not match its checksum: bytes were changed or are missing"),
         (resealed(spectral(), 8, b"\xff"), "data ends inside the connectivity"),
+        (spectral(softness=55), "the base is softer than any encoder makes it"),
         (spectral(write=escapes), "a coded integer is longer than any encoder writes"),
         (spectral(write=lambda coder: coder.unsigned(10**6)), "a block has more rows than its patches have modes"),
         (spectral(write=huge_coefficient), "a coefficient is larger than any encoder writes"),
