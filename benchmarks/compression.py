@@ -35,7 +35,7 @@ from spectral_notes.meshes import TriangleMesh, clean_mesh
 
 FILE = Path(__file__).with_suffix(".json")
 BITS = (8, 10, 12)
-PART_SHAPES = ("airplane", "rough doll", "bracket", "person, slim")
+PART_SHAPES = ("airplane", "rough doll", "goat", "bracket", "person, slim")
 
 
 def bundled(name: str) -> TriangleMesh:
@@ -183,6 +183,7 @@ def one_class(contexts: coefficients.Contexts) -> np.ndarray:
 PARTS: dict[str, dict[str, Any]] = {
     "all parts": {},
     "no base": {"bases.Domain.means": nothing},
+    "one softness of the lift": {"positions.SOFTNESS": (4,)},
     "axes only": {"positions.DIRECTIONS": ((positions.AXES,), (positions.SLIDING,))},
     "frames only": {"positions.DIRECTIONS": ((positions.FRAMES,), (positions.SLIDING,))},
     "patches of 75": {"bases.SIZE": 75},

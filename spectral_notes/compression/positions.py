@@ -16,7 +16,7 @@ from spectral_notes.compression.bases import Domain
 from spectral_notes.compression.coefficients import Tables, code_block, quantise
 from spectral_notes.compression.range_coder import Coder, CorruptStreamError
 
-SOFTNESS, SOFTEST = 4, 8  # of the lift: what the encoder writes, and what the fixed steps of the lift can bear
+SOFTNESS, SOFTEST = (4, 6), 8  # of the lift: what the encoder tries, and what the fixed steps of the lift can bear
 BASE_UNIT = 0.0025  # smallest unit of the base; else it is twice the error
 AXES, FRAMES, SLIDING = 0, 1, 2  # the detail is measured along axes, in frames of the base, or coarsely in tangents
 DIRECTIONS = ((AXES, FRAMES), (AXES, SLIDING))  # what the encoder tries, by quality
@@ -73,17 +73,18 @@ def chosen(x: FloatArray, domain: Domain, error: float, quality: int) -> Choice:
     A head without unit, the indices of the base, the surface and the frame that follow, and the detail in them.
     """
     base, price, means = code_of(max(BASE_UNIT, 2 * error)) // 256, np.inf, domain.means(x)
-    target = domain.coarse.forward(means + domain.means(x - domain.lift(means, SOFTNESS)))
-    k, value = quantise(target / step_of(256 * base))
-    surface = Head(0, base, SOFTNESS).surface(domain, value)
-    for directions in DIRECTIONS[quality]:
-        head = Head(0, base, SOFTNESS, directions)
-        frame = head.frame(domain, surface)
-        c = domain.fine.forward(np.einsum("nij,nj->ni", frame, x - surface))
-        worth = np.array([[1.0], [GAIN], [GAIN]]) if directions == SLIDING else 1.0
-        bits = float(np.log2(1 + (c / worth / error) ** 2).sum())
-        if bits < price:
-            price, choice = bits, (head, k, surface, frame, c)
+    for softness in SOFTNESS:
+        target = domain.coarse.forward(means + domain.means(x - domain.lift(means, softness)))
+        k, value = quantise(target / step_of(256 * base))
+        surface = Head(0, base, softness).surface(domain, value)
+        for directions in DIRECTIONS[quality]:
+            head = Head(0, base, softness, directions)
+            frame = head.frame(domain, surface)
+            c = domain.fine.forward(np.einsum("nij,nj->ni", frame, x - surface))
+            worth = np.array([[1.0], [GAIN], [GAIN]]) if directions == SLIDING else 1.0
+            bits = float(np.log2(1 + (c / worth / error) ** 2).sum())
+            if bits < price:
+                price, choice = bits, (head, k, surface, frame, c)
     return choice
 
 
