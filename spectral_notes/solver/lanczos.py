@@ -36,7 +36,7 @@ KEPT_LOSS = 1e-3 * LOSS  # cleaning leaves columns that lost less alone
 ONCE = 1e-6  # of a larger loss one cleaning leaves more than KEPT_LOSS, its square
 PIECE = 16  # columns that are cleaned or left together
 SAFETY = 30.0  # how much larger than the loss that was found the simulation is held
-FEWEST = 16  # columns from one check to the next, where the slope says that many are needed
+WAIT = 16  # columns that the next check may wait for, where a quarter of the modes are fewer
 GROUP = 128  # modes that are combined at a time
 ROWS = 8192  # rows of V that are combined at a time, so that V Y can overwrite V
 
@@ -281,7 +281,7 @@ def _next_check(history: list[tuple[int, float]], tol: float, k: int) -> int:
     if len(history) > 1:
         before, worse = history[-2]
         decay = max(float(np.log(worse / worst)) / (size - before), 0.0)
-    return size + min(max(int(np.log(worst / tol) / max(decay, EPS)), 1), max(k // 4, FEWEST))
+    return size + min(max(int(np.log(worst / tol) / max(decay, EPS)), 1), max(k // 4, WAIT))
 
 
 def _restart(space: Krylov, values: FloatArray, Y: FloatArray, k: int) -> None:
