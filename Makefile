@@ -108,7 +108,7 @@ $(STAMPS)/book-%: $(READY) $(BOOK) $(LIBRARY) $(TOOLS)
 	@mkdir -p $(STAMPS) && touch $@
 
 $(STAMPS)/test: $(READY) $(BOOK) $(LIBRARY) $(TOOLS) $(TESTS)
-	$(PY) -m pytest -n $(JOBS) --dist loadfile --nbval --nbval-current-env --nbval-cell-timeout=600 \
+	$(PY) -m pytest -n $(JOBS) --dist loadfile -p executed_once --nbval --nbval-current-env --nbval-cell-timeout=600 \
 	    --nbval-sanitize-with tests/nbval_sanitize.cfg --ignore=tests/browser \
 	    tests spectral_notes $(NOTEBOOKS)
 	@mkdir -p $(STAMPS) && touch $@

@@ -345,11 +345,12 @@ async def execute_all(
 def surroundings_digest(root: Path) -> str:
     """Return a digest of what every notebook depends on: the library, the pins, this tool and the Python version.
 
-    This tool names the environment of the kernels, and so whether figures bring their scenes.
+    This tool names the environment of the kernels, and so whether figures bring their scenes; so does its plugin.
     """
     files = [p for p in (root / "spectral_notes").rglob("*") if p.is_file() and "__pycache__" not in p.parts]
     digest = hashlib.sha256(repr(sys.version_info[:2]).encode())
-    for path in [*sorted(files), root / "requirements.txt", Path(__file__)]:
+    tools = (Path(__file__), Path(__file__).with_name("executed_once.py"))
+    for path in [*sorted(files), root / "requirements.txt", *tools]:
         if path.exists():
             digest.update(path.name.encode() + b"\0" + path.read_bytes() + b"\0")
     return digest.hexdigest()
@@ -367,6 +368,13 @@ def once(record: Path, sources: Iterable[Path], root: Path, make: Callable[[], N
 def code_digest(nb: nbformat.NotebookNode, surroundings: str) -> str:
     """Return a digest of a notebook's code cells and their surroundings; its prose does not count."""
     return hashlib.sha256(json.dumps([surroundings, [cell.source for _, cell in code_cells(nb)]]).encode()).hexdigest()
+
+
+def remember(cache: Path, path: Path, nb: nbformat.NotebookNode, surroundings: str, seconds: float) -> None:
+    """Keep the outputs of an executed notebook under the digest of its code."""
+    outputs = [cell.outputs for _, cell in code_cells(nb)]
+    memory = {"digest": code_digest(nb, surroundings), "seconds": seconds, "outputs": outputs}
+    write(cache / f"{path.stem}.json", json.dumps(memory))
 
 
 def with_outputs(nb: nbformat.NotebookNode, outputs: list[list[nbformat.NotebookNode]]) -> nbformat.NotebookNode:
@@ -390,9 +398,7 @@ def execute_into(target: Path, paths: list[Path], jobs: int, root: Path) -> list
             todo.append(path)
 
     def keep(path: Path, nb: nbformat.NotebookNode, seconds: float) -> None:
-        outputs = [cell.outputs for _, cell in code_cells(nb)]
-        memory = {"digest": code_digest(nb, surroundings), "seconds": seconds, "outputs": outputs}
-        write(cache / f"{path.stem}.json", json.dumps(memory))
+        remember(cache, path, nb, surroundings, seconds)
         write(target / path.name, to_text(nb))
 
     sys.stderr.write(f"{len(paths) - len(todo)} of {len(paths)} notebooks are unchanged, {len(todo)} to execute\n")

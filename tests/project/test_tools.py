@@ -252,6 +252,45 @@ def test_changed_prose_keeps_the_outputs(project: Path) -> None:
     assert nb.cells[1].outputs[0]["text"] == "42\n"
 
 
+def test_what_nbval_hears_is_what_execute_keeps_and_nothing_else_is_kept(project: Path) -> None:
+    shown = """
+import os
+from IPython.display import display
+print("one")
+scenes = {"application/vnd.spectral-notes.scenes+json": {"bar": None}} if os.environ.get("SPECTRAL_NOTES_SCENES") else {}
+display({"text/plain": "seen", "image/png": "iVBORw0KGgo="} | scenes, raw=True)
+print("two")"""
+    whole = make_notebook(project / "book/00_tiny.ipynb", code(shown, 1), code("[len(scenes) and 6 * 7][1:]", 2))
+    assert tool("notebooks.py", "run", whole).returncode == 0
+    said = [nbformat.v4.new_output("stream", text="41\n")]
+    others = {
+        "book/wrong": [with_outputs(code("print(42)", 1), *said)],
+        "book/address": [code("print(object())", 1, tags=["nbval-ignore-output"], reason="it is another each time")],
+        "book/part": [code("x = 1", 1), code("y = 1", 2)],
+        "elsewhere": [code("x = 1", 1)],
+    }
+    for name, cells in others.items():
+        notebooks.write(project / f"{name}.ipynb", notebooks.to_text(stored(*cells)))
+    command = [sys.executable, "-m", "pytest", "-q", "-p", "no:cacheprovider", "-c", "/dev/null", "--rootdir", str(project)]
+    command += ["-o", f"pythonpath={TOOLS}", "-p", "executed_once", "--nbval", "--nbval-current-env"]
+    command += [str(project / "book"), str(project / "elsewhere.ipynb"), "--deselect", "book/part.ipynb::Cell 1"]
+    result = subprocess.run(command, check=False, capture_output=True, text=True, cwd=TOOLS.parent)
+    assert "1 failed, 5 passed, 1 deselected" in result.stdout, result.stdout
+    kept = project / "_build/executed-outputs"
+    assert [path.name for path in kept.iterdir()] == ["00_tiny.json"]
+    heard = json.loads((kept / "00_tiny.json").read_text(encoding="utf-8"))
+    for name in others:
+        (project / f"{name}.ipynb").unlink()
+    assert "1 of 1 notebooks are unchanged, 0 to execute" in execute(project)
+    executed = (project / "_build/executed/00_tiny.ipynb").read_text(encoding="utf-8")
+    shutil.rmtree(project / "_build")
+    assert "1 to execute" in execute(project)
+    memory = json.loads((kept / "00_tiny.json").read_text(encoding="utf-8"))
+    assert heard | {"seconds": 0} == memory | {"seconds": 0}
+    assert executed == (project / "_build/executed/00_tiny.ipynb").read_text(encoding="utf-8")
+    assert [list(output.get("data", {})) for output in memory["outputs"][0]] == [[], ["text/plain", "image/png", scene_files.MIME], []]
+
+
 def test_what_is_made_once_is_made_again_when_a_source_changes_and_after_a_failure(tmp_path: Path) -> None:
     record, source, made = tmp_path / "x.digest", tmp_path / "draws.py", []
     for text, calls in (("one", 1), ("one", 1), ("two", 2)):
