@@ -161,9 +161,19 @@ def test_clouds(seed, move):
     same("segment", facts_of("segment", here), facts_of("segment", there), scale)
 
 
+ALL = """
+import contextlib, io, json, sys
+from spectral_notes.command.cli import main
+for words in json.loads(sys.argv[1]):
+    with contextlib.redirect_stdout(io.StringIO()) as said:
+        code = main(words)
+    print(json.dumps([words, code, said.getvalue()]), flush=True)
+"""
+
+
 @pytest.mark.parametrize(("scale", "shift"), [(1e-3, 1e7), (1e-7, 0.0), (1e7, -1e9)])
 def test_no_command_dies_on_a_far_or_tiny_shape(tmp_path, scale, shift):
-    """Each command in a process of its own: one that ends in a library gives a negative code."""
+    """All commands in a process of their own: one that ends in a library gives a negative code, and says no more."""
     for name in "ab":
         mesh = bump(ord(name))
         write_mesh(tmp_path / f"{name}.ply", TriangleMesh(scale * mesh.vertices + shift, mesh.faces))
@@ -175,7 +185,10 @@ def test_no_command_dies_on_a_far_or_tiny_shape(tmp_path, scale, shift):
         ["compress", "a.ply", "-o", "a.sgn", "--json"],
         ["decompress", "a.sgn", "-o", "back.ply", "--json"],
     ]
-    for words in lines:
-        run = subprocess.run([sys.executable, "-m", "spectral_notes", *words], cwd=tmp_path, capture_output=True, text=True, check=False)
-        assert run.returncode == 0, (words, run.returncode, run.stderr)
-        assert json.loads(run.stdout)["outputs"] == [word for word in words if "." in word and words[words.index(word) - 1] == "-o"]
+    run = subprocess.run([sys.executable, "-c", ALL, json.dumps(lines)], cwd=tmp_path, capture_output=True, text=True, check=False)
+    assert run.returncode == 0, (run.returncode, run.stdout, run.stderr)
+    said = [json.loads(line) for line in run.stdout.splitlines()]
+    assert [words for words, *_ in said] == lines
+    for words, code, text in said:
+        assert code == 0, (words, code, run.stderr)
+        assert json.loads(text)["outputs"] == [word for word in words if "." in word and words[words.index(word) - 1] == "-o"]
