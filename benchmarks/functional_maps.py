@@ -37,6 +37,7 @@ from spectral_notes.clustering import match_labels, spectral_clusters, spectral_
 from spectral_notes.descriptors import unit_area
 from spectral_notes.files import read_mesh
 from spectral_notes.functional_maps import nearest_rows
+from spectral_notes.geometry.mending import outward
 from spectral_notes.matching import (
     ShapeMatch,
     consistent_maps,
@@ -52,7 +53,7 @@ from spectral_notes.meshes import TriangleMesh, farthest_points
 
 HERE = Path(__file__).parent
 SPLIT = json.loads((HERE / "tuned_and_reported.json").read_text())
-K, N_SAMPLES, FAR = 100, 40, 0.2
+K, N_SAMPLES, FAR = 100, 100, 0.2
 WITH_FIVE = ("pyFM 5", "pyFM 5 oriented", "ours 5")
 TOGETHER = 60  # modes of maps between several shapes
 SIZES = 3000, 2500  # vertices of the copies that are matched
@@ -215,7 +216,7 @@ def run(method: str, pair: Pair, bases: tuple[Any, Any]) -> dict[str, Any]:
 
 def led_astray(pair: Pair, bases: tuple[Any, Any]) -> ShapeMatch:
     """The map that is chosen when every candidate near the true map is taken away: a wrong one, to test the doubt."""
-    meshes = shape_matching.outward(pair.mesh_1), shape_matching.outward(pair.mesh_2)
+    meshes = outward(pair.mesh_1), outward(pair.mesh_2)
     samples = farthest_points(meshes[0].vertices, 1500), farthest_points(meshes[1].vertices, 1500)
     none, no_hints = np.empty((0, 2), dtype=np.int64), [np.empty((mesh.n_vertices, 0)) for mesh in meshes]
     ends = shape_matching.refined_candidates(meshes, bases, samples, none, no_hints)

@@ -159,6 +159,19 @@ def test_rotations_turn_their_sign_in_a_mirror_and_products_do_not(mesh: Triangl
     np.testing.assert_allclose(products, products.T, atol=1e-12)
 
 
+def test_handed_functions_tell_left_from_right_and_know_neither_place_nor_size(mesh: TriangleMesh, basis: Eigenbasis) -> None:
+    f = map_fitting.point_descriptors(basis, n_each=8)
+    handed = map_fitting.handed_functions(mesh, basis, f, 2)
+    assert handed.shape == (mesh.n_vertices, 6)
+    np.testing.assert_allclose((handed * (basis.M @ handed)).sum(axis=0), 1.0)
+    turn = np.linalg.qr(np.random.default_rng(0).normal(size=(3, 3)))[0]
+    turn *= np.linalg.det(turn)
+    moved = TriangleMesh(7.0 * mesh.vertices @ turn.T + 3.0, mesh.faces)
+    np.testing.assert_allclose(map_fitting.handed_functions(moved, basis, f, 2), handed, atol=1e-6)
+    image = TriangleMesh(mesh.vertices * [-1, 1, 1], mesh.faces[:, ::-1])
+    np.testing.assert_allclose(map_fitting.handed_functions(image, basis, f, 2), -handed, atol=1e-6)
+
+
 def test_rotation_on_the_sphere_is_a_turn_about_the_axis() -> None:
     ball = shapes.sphere(4)
     basis = compute_eigenbasis(*cotan_laplacian(ball), 4)

@@ -25,10 +25,11 @@ from spectral_notes.eigenbasis import Eigenbasis, compute_eigenbasis
 from spectral_notes.files import write_whole
 from spectral_notes.files.arrays import ARRAY_FORMATS, columns, named_arrays, write_arrays
 from spectral_notes.files.eigenbasis_files import write_eigenbasis
+from spectral_notes.geometry.mending import outward
 from spectral_notes.geometry.mesh_distances import vertex_error
 from spectral_notes.geometry.mesh_health import health
 from spectral_notes.laplacians import Pair
-from spectral_notes.matching.shape_matching import match_shapes, outward
+from spectral_notes.matching import match_shapes
 from spectral_notes.meshes import PointCloud, Shape, TriangleMesh, positions, signed_volume
 from spectral_notes.plotting import plot_views
 from spectral_notes.plotting.cameras import Camera

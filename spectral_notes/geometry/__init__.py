@@ -4,7 +4,7 @@ from spectral_notes.geometry.conformal import conformal_distortion, conformal_ma
 from spectral_notes.geometry.curvature import angle_defects, gaussian_curvature, mean_curvature
 from spectral_notes.geometry.geodesics import faces_under_arcs, geodesic_distances, parallel_transport
 from spectral_notes.geometry.heat_geodesics import HeatMethod, heat_distances
-from spectral_notes.geometry.mending import keep_pieces, orient_faces, weld_vertices
+from spectral_notes.geometry.mending import cut_mesh, keep_pieces, orient_faces, weld_vertices
 from spectral_notes.geometry.mesh_distances import hausdorff_error, normal_deviation, surface_error, vertex_error
 from spectral_notes.geometry.mesh_health import MeshHealth, health
 from spectral_notes.geometry.nodal import nodal_domains
@@ -47,6 +47,7 @@ __all__ = [
     "health",
     "weld_vertices",
     "keep_pieces",
+    "cut_mesh",
     "orient_faces",
     "vertex_error",
     "surface_error",

@@ -11,6 +11,7 @@ from typing import Any
 import igl
 import numpy as np
 from numpy.typing import ArrayLike
+from scipy.sparse import csgraph, csr_array
 
 from spectral_notes._checks import FloatArray, IntArray, as_floats, as_indices
 from spectral_notes.meshes import (
@@ -83,6 +84,15 @@ def geodesic_distances(mesh: TriangleMesh, sources: ArrayLike) -> FloatArray:
             reached = np.minimum(reached, nearest + _distances_in_pieces(mesh.vertices[owner], fans, late))
             np.minimum.at(distances, owner, reached)
     return distances[point]
+
+
+def path_lengths(
+    mesh: TriangleMesh, sources: IntArray, *, reach: float = np.inf, from_nearest: bool = False
+) -> FloatArray:
+    """The lengths (s, n) of shortest ways along edges, infinite beyond reach; or (n,), from the nearest source."""
+    ends, lengths = edges(mesh), edge_lengths(mesh)
+    graph = csr_array((lengths, (ends[:, 0], ends[:, 1])), shape=(mesh.n_vertices, mesh.n_vertices))
+    return np.asarray(csgraph.dijkstra(graph, directed=False, indices=sources, min_only=from_nearest, limit=reach))
 
 
 def _refuse_crowded_edges(faces: IntArray, say: str) -> None:

@@ -1,10 +1,11 @@
-"""Mend what scans and exports bring: cracks, floating pieces, faces that disagree about which side is out."""
+"""Mend what scans and exports bring: cracks, floating pieces, faces that disagree about which side is out; and cut."""
 
 from __future__ import annotations
 
 import igl
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
+from scipy.sparse import csgraph, csr_array
 from scipy.spatial import cKDTree
 
 from spectral_notes._checks import IntArray, as_number
@@ -16,7 +17,10 @@ from spectral_notes.meshes import (
     edges_with_counts,
     face_areas,
     pieces_of_graph,
+    signed_volume,
 )
+
+MOSTLY_HOLE = 0.2  # holes, as circles of their length, of this share of the area leave a shape without an inside
 
 
 def weld_vertices(mesh: TriangleMesh, tolerance: float) -> TriangleMesh:
@@ -74,6 +78,29 @@ def keep_pieces(mesh: TriangleMesh, *, smallest: float = 0.0, largest_only: bool
     return TriangleMesh(mesh.vertices[used], faces.reshape(-1, 3), mesh.name)
 
 
+def cut_mesh(mesh: TriangleMesh, keep: ArrayLike) -> tuple[TriangleMesh, NDArray[np.bool_]]:
+    """Return the largest connected piece of the faces whose corners are all kept, and which vertices (n,) it holds.
+
+    `keep` (n,) bool says which vertices may stay. They stay in their old order.
+
+    >>> square = TriangleMesh([[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]], [[0, 1, 2], [0, 2, 3]])
+    >>> part, kept = cut_mesh(square, [True, True, True, False])
+    >>> part.n_faces, kept.tolist()
+    (1, [True, True, True, False])
+    """
+    wanted = np.asarray(keep)
+    if wanted.dtype != bool or wanted.shape != (mesh.n_vertices,):
+        told = f"got dtype {wanted.dtype} and shape {wanted.shape}"
+        raise ValueError(f"keep must hold True or False for each of the {mesh.n_vertices} vertices; {told}")
+    faces = mesh.faces[wanted[mesh.faces].all(axis=1)]
+    if not len(faces):
+        raise ValueError("keep must leave a face of the mesh; it leaves none. Keep all three corners of some face")
+    pieces = connected_components(TriangleMesh(mesh.vertices, faces))
+    largest = faces[pieces[faces[:, 0]] == np.bincount(pieces[faces[:, 0]]).argmax()]
+    kept = np.isin(np.arange(mesh.n_vertices), largest)
+    return TriangleMesh(mesh.vertices[kept], (np.cumsum(kept) - 1)[largest], mesh.name), kept
+
+
 def orient_faces(mesh: TriangleMesh) -> TriangleMesh:
     """Return the mesh with faces that agree with their neighbours; closed pieces point outward, others as most did.
 
@@ -93,6 +120,17 @@ def orient_faces(mesh: TriangleMesh) -> TriangleMesh:
     most = np.bincount(patch, np.where(turned, -1.0, 1.0) * face_areas(mesh)) < 0
     agreed = TriangleMesh(mesh.vertices, _flipped(faces, most[patch]), mesh.name)
     return TriangleMesh(mesh.vertices, _flipped(agreed.faces, wrong_side_out(agreed)), mesh.name)
+
+
+def outward(mesh: TriangleMesh) -> TriangleMesh:
+    """Return the mesh, its faces turned over where it is a body inside out; what is mostly hole, a field, stays."""
+    pairs, n_faces = edges_with_counts(mesh)
+    i, j = rim = pairs[n_faces == 1].T
+    holes = csgraph.connected_components(csr_array((np.ones(len(i)), rim), shape=2 * (mesh.n_vertices,)))[1]
+    lengths = np.bincount(holes[i], np.linalg.norm(mesh.vertices[i] - mesh.vertices[j], axis=1))
+    if signed_volume(mesh) >= 0.0 or (lengths**2).sum() > 4.0 * np.pi * MOSTLY_HOLE * mesh.area:  # circles hold most
+        return mesh
+    return TriangleMesh(mesh.vertices, mesh.faces[:, ::-1], mesh.name)
 
 
 def _flipped(faces: IntArray, which: NDArray[np.bool_]) -> IntArray:

@@ -13,32 +13,17 @@ from spectral_notes.functional_maps import as_functional_map, functional_map, ne
 
 
 def icp(basis_1: Eigenbasis, basis_2: Eigenbasis, C_12: ArrayLike, *, n_rounds: int = 10) -> FloatArray:
-    """Return a functional map with orthogonal columns, refined by going to points and back with the same modes.
+    """Return a map with orthogonal columns, of the size of C_12 (k2, k1), by going to points and back with these modes.
 
-    Each round: the point map of C_12, its functional map, and the nearest matrix with orthonormal columns (or rows,
-    where there are fewer), U V^T of its singular value decomposition, times the ratio of the shapes' sizes.
+    Each of n_rounds rounds: the point map of C, its functional map, and the nearest matrix with orthonormal columns
+    (rows, where there are fewer), U V^T of its singular value decomposition, times the square root of area 2 / area 1
+    (Ovsjanikov et al., "Functional maps", 2012, section 6.2).
 
-    Parameters
-    ----------
-    basis_1, basis_2 : the modes of both shapes, at least k1 and k2
-    C_12 : (k2, k1), where to start
-    n_rounds : how many rounds
-
-    Returns
-    -------
-    (k2, k1): C_12 with C_12^T C_12 = I (or C_12 C_12^T = I) times area 2 / area 1.
-
-    Examples
-    --------
     >>> from spectral_notes import compute_eigenbasis, cotan_laplacian, shapes
     >>> basis = compute_eigenbasis(*cotan_laplacian(shapes.egg(3)), k=6)
     >>> C_12 = icp(basis, basis, np.eye(6) + 0.05)
     >>> bool(np.allclose(C_12.T @ C_12, np.eye(6)))
     True
-
-    References
-    ----------
-    Ovsjanikov et al., "Functional maps" (2012), section 6.2.
     """
     C = as_functional_map(basis_1, basis_2, C_12)
     short_1, short_2 = basis_1.truncate(C.shape[1]), basis_2.truncate(C.shape[0])
@@ -52,9 +37,10 @@ def icp(basis_1: Eigenbasis, basis_2: Eigenbasis, C_12: ArrayLike, *, n_rounds: 
 def zoomout(
     basis_1: Eigenbasis, basis_2: Eigenbasis, C_12: ArrayLike, *, k: int | None = None, step: int = 10
 ) -> FloatArray:
-    """Return a functional map with k modes on each side, refined by going to points and back with more modes each time.
+    """Return a functional map (k, k), refined by going to points and back with more modes each time.
 
-    Each round: the point map of C_12, then its functional map with `step` more modes. The last round keeps k.
+    Each round: the point map of C, then its functional map with `step` more modes. The last round keeps k (Melzi et
+    al., "ZoomOut: spectral upsampling for efficient shape correspondence", 2019, algorithm 1).
 
     Parameters
     ----------
@@ -63,20 +49,12 @@ def zoomout(
     k : modes at the end; all that both bases have by default
     step : modes more in each round. The larger, the fewer rounds; 1 is the original method, 10 is as accurate here.
 
-    Returns
-    -------
-    C_12 (k, k).
-
     Examples
     --------
     >>> from spectral_notes import compute_eigenbasis, cotan_laplacian, shapes
     >>> basis = compute_eigenbasis(*cotan_laplacian(shapes.potato(subdivisions=3)), k=40)
     >>> bool(np.allclose(zoomout(basis, basis, np.eye(10), k=40), np.eye(40), atol=1e-6))
     True
-
-    References
-    ----------
-    Melzi et al., "ZoomOut: spectral upsampling for efficient shape correspondence" (2019), algorithm 1.
     """
     C = as_functional_map(basis_1, basis_2, C_12)
     k = as_count("k", min(basis_1.k, basis_2.k) if k is None else k, max(C.shape), min(basis_1.k, basis_2.k))
@@ -91,19 +69,16 @@ def bijective_zoomout(
     basis_1: Eigenbasis, basis_2: Eigenbasis, C_12: ArrayLike, C_21: ArrayLike, *, k: int | None = None, step: int = 10,
     samples: tuple[ArrayLike, ArrayLike] | None = None,
 ) -> tuple[FloatArray, FloatArray]:
-    """Return functional maps of both directions, refined together as by `zoomout`, each the other's inverse nearly.
+    """Return maps C_12, C_21 (k, k) of both directions, refined together as by `zoomout`, nearly each other's inverse.
 
-    Points are compared in both ways at once: rows [Phi_1 C_12^T, Phi_1] of shape 1, rows [Phi_2, Phi_2 C_21^T] of 2.
+    Points are compared in both ways at once: rows [Phi_1 C_12^T, Phi_1] of shape 1, rows [Phi_2, Phi_2 C_21^T] of 2
+    (Ren, Melzi, Ovsjanikov and Wonka, "MapTree: recovering multiple solutions in the space of maps", 2020, section 5).
 
     Parameters
     ----------
     basis_1, basis_2, k, step : as for `zoomout`
     C_12, C_21 : (j, j), where to start, square
     samples : vertices of shapes 1 and 2 to work with instead of all, for speed; maps are fitted to them
-
-    Returns
-    -------
-    C_12, C_21 (k, k): functional maps from 1 to 2 and from 2 to 1.
 
     Examples
     --------
@@ -112,10 +87,6 @@ def bijective_zoomout(
     >>> C_12, C_21 = bijective_zoomout(basis, basis, np.eye(10), np.eye(10))
     >>> bool(np.allclose(C_12 @ C_21, np.eye(30), atol=1e-6))
     True
-
-    References
-    ----------
-    Ren, Melzi, Ovsjanikov and Wonka, "MapTree: recovering multiple solutions in the space of maps" (2020), section 5.
     """
     C, D = as_functional_map(basis_1, basis_2, C_12), as_functional_map(basis_2, basis_1, C_21)
     if C.shape != D.shape or len(C) != len(C.T):

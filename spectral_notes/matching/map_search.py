@@ -2,33 +2,37 @@
 
 The first modes of two shapes agree up to signs, and up to small rotations where eigenvalues lie close. A matrix of j
 modes has two children, with +1 and -1 for mode j + 1; each goes to points and back twice, which turns it into the
-nearest rotation, and the WIDTH children under which samples look most alike live on (Ren et al. 2020).
+nearest rotation, and the WIDTH children under which samples look most alike live on (Ren et al. 2020). Left and right
+look alike in every signature; they differ in how the gradients of two signatures turn, which a mirror image reverses.
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from spectral_notes._checks import FloatArray, IntArray
 from spectral_notes.eigenbasis import Eigenbasis
-from spectral_notes.matching.map_fitting import point_descriptors
+from spectral_notes.matching.map_fitting import handed_functions, point_descriptors
+from spectral_notes.meshes import TriangleMesh
 
 N_LOOKS = 30  # columns of the signature, and of each landmark
+HAND_GAP = 6  # columns of the signature between the two whose gradients tell left from right
 LOOK_WEIGHT = 0.3  # of each of them beside the modes, which count one together
-TREE_SIZE = 12  # modes of the tree
+TREE_SIZE = 16  # modes of the tree
 CANDIDATE_SIZE = 30  # modes of a candidate
-WIDTH = 24  # nodes that live on
+WIDTH = 12  # nodes that live on
 SAME_NODE, SAME_MAP = 0.57, 0.3  # distances |C - C'| and |C - C'| / sqrt(20) below which two are one
 
 
 @dataclass(frozen=True, eq=False)
 class View:
-    """Hold what the search sees of a shape at samples: rows of its modes (s, k), and how each point looks (s, p)."""
+    """Hold what is seen of a shape at samples: rows of its modes (s, k), looks (s, p), and those of one hand (s, q)."""
 
     rows: FloatArray
     looks: FloatArray
+    handed: FloatArray
 
 
 @dataclass(frozen=True, eq=False)
@@ -39,14 +43,17 @@ class Candidate:
     misfit: float
 
 
-def view(basis: Eigenbasis, at: IntArray, landmarks: IntArray, hint: FloatArray) -> View:
+def view(mesh: TriangleMesh, basis: Eigenbasis, at: IntArray, landmarks: IntArray, hint: FloatArray) -> View:
     """Return what the search sees at the vertices `at`; `hint` (n, h) holds functions known to correspond."""
     looks = point_descriptors(basis, landmarks, n_each=N_LOOKS)
-    return View(basis.evecs[at, :CANDIDATE_SIZE], np.hstack([LOOK_WEIGHT * looks, hint])[at])
+    handed = handed_functions(mesh, basis, looks[:, :N_LOOKS], HAND_GAP)
+    return View(basis.evecs[at, :CANDIDATE_SIZE], np.hstack([LOOK_WEIGHT * looks, hint])[at], LOOK_WEIGHT * handed[at])
 
 
-def candidate_maps(view_1: View, view_2: View) -> list[Candidate]:
-    """Return different maps of CANDIDATE_SIZE modes, the one with the least misfit first."""
+def candidate_maps(view_1: View, view_2: View, *, handed: bool) -> list[Candidate]:
+    """Return different maps of CANDIDATE_SIZE modes, that of the least misfit first; `handed` tells left from right."""
+    if handed:
+        view_1, view_2 = (replace(one, looks=np.hstack([one.looks, one.handed])) for one in (view_1, view_2))
     nodes = [Candidate(np.ones((1, 1)), 0.0)]
     size = min(CANDIDATE_SIZE, view_1.rows.shape[1], view_2.rows.shape[1])
     for j in range(1, min(TREE_SIZE, size)):
@@ -65,7 +72,7 @@ def _settled(view_1: View, view_2: View, C: FloatArray, sizes: list[int]) -> Can
         back = np.linalg.lstsq(view_1.rows[:, :k], view_2.rows[p2p_12, :k], rcond=None)[0]
         left, _, right = np.linalg.svd(there + back.T)
         C = left @ right
-    return Candidate(C, misfit_of(view_1, view_2, C))
+    return Candidate(C, _matched(view_1, view_2, C)[2])
 
 
 def misfit_of(view_1: View, view_2: View, C_12: FloatArray) -> float:

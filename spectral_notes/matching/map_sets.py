@@ -21,24 +21,17 @@ Maps = Mapping[tuple[int, int], ArrayLike]
 def shared_functions(bases: Sequence[Eigenbasis], maps: Maps, k: int | None = None) -> list[FloatArray]:
     """Return k functions on each shape that correspond, as coefficients: maps carry those of one to those of another.
 
-    The matrices Y_i minimise sum |C_ij Y_i - Y_j|^2 over the maps that are given, with sum Y_i^T Y_i = n I: the lowest
-    eigenvectors of a block matrix. From them every map follows, C_ij = Y_j Y_i^+, and those round a cycle compose to
-    the identity. Maps must join all shapes, as those from one of them to each other do.
+    The matrices Y_i (k_i, k) minimise sum |C_ij Y_i - Y_j|^2 over the maps that are given, with sum Y_i^T Y_i = n I:
+    the lowest eigenvectors of a block matrix, turned so that smooth functions come first. From them every map follows,
+    C_ij = Y_j Y_i^+, and those round a cycle compose to the identity (Wang, Huang and Guibas, "Image co-segmentation
+    via consistent functional maps", 2013, section 3; Huang et al., "Consistent ZoomOut", 2020).
 
     Parameters
     ----------
     bases : the modes of n shapes, each scaled to area one
-    maps : for pairs (i, j) the functional map (k_j, k_i) from functions on i to functions on j, as by `match_shapes`
+    maps : for pairs (i, j) the functional map (k_j, k_i) from functions on i to functions on j, as by `match_shapes`.
+        They must join all shapes, as those from one of them to each other do.
     k : how many functions; as many as the smallest map has modes by default
-
-    Returns
-    -------
-    n arrays (k_i, k) of coefficients; column by column the same function, from smooth to rough.
-
-    Raises
-    ------
-    ValueError
-        If the maps do not join the shapes.
 
     Examples
     --------
@@ -48,11 +41,6 @@ def shared_functions(bases: Sequence[Eigenbasis], maps: Maps, k: int | None = No
     >>> Y = shared_functions([basis] * 3, {(0, 1): turn, (1, 2): turn})
     >>> bool(np.allclose(Y[1] @ np.linalg.pinv(Y[0]), turn))
     True
-
-    References
-    ----------
-    Wang, Huang and Guibas, "Image co-segmentation via consistent functional maps" (2013), section 3; Huang et al.,
-    "Consistent ZoomOut" (2020).
     """
     _check_joined(len(bases), maps)
     checked = {(i, j): as_functional_map(bases[i], bases[j], C) for (i, j), C in maps.items()}
@@ -79,22 +67,12 @@ def shared_functions(bases: Sequence[Eigenbasis], maps: Maps, k: int | None = No
 def shared_embedding(
     bases: Sequence[Eigenbasis], shared: Sequence[ArrayLike], d: int | None = None
 ) -> list[FloatArray]:
-    """Return coordinates of every vertex of every shape in one space: equal rows are the same point.
+    """Return d coordinates (n_i, d) of every vertex of every shape, in one space: equal rows are the same point.
 
-    The shared functions over the square root of their mean energy, as in `global_point_signature`, without constants.
+    The shared functions, matrices (k_i, k) as from `shared_functions`, over the square root of their mean energy, as in
+    `global_point_signature`, without constants; all k - 1 by default. `nearest_rows` of two shapes is a point map,
+    `spectral_clusters` of all cuts all of them at once.
 
-    Parameters
-    ----------
-    bases, shared : the modes of n shapes, and arrays (k_i, k) from `shared_functions`
-    d : coordinates; all k - 1 by default
-
-    Returns
-    -------
-    n arrays (n_i, d), without unit. `nearest_rows` of two is a point map; `spectral_clusters` of all cuts all shapes at
-    once.
-
-    Examples
-    --------
     >>> from spectral_notes import compute_eigenbasis, cotan_laplacian, shapes
     >>> basis = compute_eigenbasis(*cotan_laplacian(shapes.potato(subdivisions=2)), k=6)
     >>> Y = shared_functions([basis] * 2, {(0, 1): np.eye(6)})
@@ -112,30 +90,17 @@ def shared_embedding(
 
 
 def consistent_maps(bases: Sequence[Eigenbasis], maps: Maps, *, n_rounds: int = 2) -> dict[tuple[int, int], IntArray]:
-    """Return point maps between all pairs of shapes that agree with each other, from functional maps between some.
+    """Return for all pairs (i, j) of shapes a vertex of i for each vertex of j, so that the maps agree with each other.
 
-    Each round: functions that the shapes share, for every pair the map of nearest points among them, and its matrix.
+    `bases` and `maps` are those of `shared_functions`. Each of n_rounds rounds: functions that the shapes share, for
+    every pair the map of nearest points among them, and its matrix; after the first, maps between all pairs count
+    (Huang et al., "Consistent ZoomOut: efficient spectral map synchronization", 2020).
 
-    Parameters
-    ----------
-    bases, maps : as for `shared_functions`
-    n_rounds : how often; after the first, maps between all pairs count
-
-    Returns
-    -------
-    For pairs (i, j) a vertex of i for each vertex of j.
-
-    Examples
-    --------
     >>> from spectral_notes import compute_eigenbasis, cotan_laplacian, shapes
     >>> basis = compute_eigenbasis(*cotan_laplacian(shapes.potato(subdivisions=2)), k=6)
     >>> found = consistent_maps([basis] * 3, {(0, 1): np.eye(6), (1, 2): np.eye(6)})
     >>> bool((found[0, 2] == np.arange(basis.n)).all())
     True
-
-    References
-    ----------
-    Huang et al., "Consistent ZoomOut: efficient spectral map synchronization" (2020).
     """
     C = {pair: np.asarray(matrix) for pair, matrix in maps.items()}
     for _ in range(as_count("n_rounds", n_rounds, 1)):
@@ -151,19 +116,10 @@ def consistent_maps(bases: Sequence[Eigenbasis], maps: Maps, *, n_rounds: int = 
 def cycle_error(meshes: Sequence[TriangleMesh], maps: Mapping[tuple[int, int], ArrayLike]) -> float:
     """Return how far points come back from where they started, round all triangles i -> j -> l -> i of maps.
 
-    The mean distance through space over the square root of the area, each vertex counted by its area.
+    The mean distance through space over the square root of the area, each vertex counted by its area: 0 for maps that
+    agree. `maps` holds for all pairs (i, j) of the meshes, both ways, a vertex of i for each vertex of j, as from
+    `consistent_maps`.
 
-    Parameters
-    ----------
-    meshes : n shapes
-    maps : for all pairs (i, j), both ways, a vertex of i for each vertex of j, as from `consistent_maps`
-
-    Returns
-    -------
-    0 for maps that agree.
-
-    Examples
-    --------
     >>> from spectral_notes.shapes import sphere
     >>> ball, same = sphere(2), np.arange(162)
     >>> cycle_error([ball] * 3, {(i, j): same for i in range(3) for j in range(3) if i != j})

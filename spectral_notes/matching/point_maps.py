@@ -18,29 +18,17 @@ BLOCK = 20_000  # pairs of a row and a face that are compared at once
 def precise_map(mesh_1: TriangleMesh, basis_1: Eigenbasis, basis_2: Eigenbasis, C_12: ArrayLike) -> sp.csr_array:
     """Return the map of a functional map that sends vertices of 2 into faces of 1, not only to vertices.
 
-    The rows of Phi_1 C_12^T span a surface of triangles in k2 dimensions. Each row of Phi_2 goes to the nearest point
-    of the triangles around its nearest vertex; the point's barycentric coordinates are the weights.
+    A sparse P_21 (n2, n1): weights from 0 to 1, at most three in a row, that sum to one; `P_21 @ f_1` is f_1 on 2. The
+    rows of Phi_1 C_12^T span a surface of triangles in k2 dimensions. Each row of Phi_2 goes to the nearest point of
+    the triangles around its nearest vertex; the point's barycentric coordinates are the weights (Ezuz and Ben-Chen,
+    "Deblurring and denoising of maps between shapes", 2017, section 4). The bases must have the k1 and k2 modes of
+    C_12 (k2, k1), or more.
 
-    Parameters
-    ----------
-    mesh_1 : shape 1
-    basis_1, basis_2, C_12 : the modes of both shapes, at least k1 and k2, and the functional map (k2, k1)
-
-    Returns
-    -------
-    P_21 (n2, n1), sparse: weights from 0 to 1, at most three in a row, that sum to one. `P_21 @ f_1` is f_1 on shape 2.
-
-    Examples
-    --------
     >>> from spectral_notes import compute_eigenbasis, cotan_laplacian, shapes
     >>> mesh = shapes.egg(3)
     >>> basis = compute_eigenbasis(*cotan_laplacian(mesh), k=20)
     >>> bool(np.allclose(precise_map(mesh, basis, basis, np.eye(20)) @ mesh.vertices, mesh.vertices))
     True
-
-    References
-    ----------
-    Ezuz and Ben-Chen, "Deblurring and denoising of maps between shapes" (2017), section 4.
     """
     if basis_1.n != mesh_1.n_vertices:
         raise ValueError(f"basis_1 must have a row for each of the {mesh_1.n_vertices} vertices; it has {basis_1.n}")
@@ -64,21 +52,11 @@ def precise_map(mesh_1: TriangleMesh, basis_1: Eigenbasis, basis_2: Eigenbasis, 
 def orientation_score(mesh_1: TriangleMesh, mesh_2: TriangleMesh, p2p_21: ArrayLike) -> float:
     """Return the share of shape 2's area that lands on shape 1 with its right side up: near 1 good, near 0 mirrored.
 
-    A face of 2 lands right side up when the triangle of its images has a normal on the side of shape 1's normals there.
-    Faces whose images fall on a line do not count. In between, a part of the map is mirrored. What is turned half round
-    counts as right: the score finds mirror images, not every mistake.
+    A face of 2 lands right side up when the triangle of its images under p2p_21 (n2,) has a normal on the side of shape
+    1's normals there; the faces of both are counter-clockwise seen from outside. Faces whose images fall on a line do
+    not count; 0 if all do. In between, a part of the map is mirrored. What is turned half round counts as right: the
+    score finds mirror images, not every mistake.
 
-    Parameters
-    ----------
-    mesh_1, mesh_2 : the shapes, their faces counter-clockwise seen from outside
-    p2p_21 : (n2,) int, the map
-
-    Returns
-    -------
-    From 0 to 1; 0 also if every face falls on a line.
-
-    Examples
-    --------
     >>> from spectral_notes.shapes import sphere
     >>> ball = sphere(3)
     >>> mirrored = nearest_rows(ball.vertices, ball.vertices * [-1.0, 1.0, 1.0])
@@ -98,26 +76,14 @@ def orientation_score(mesh_1: TriangleMesh, mesh_2: TriangleMesh, p2p_21: ArrayL
 def geodesic_errors(mesh_1: TriangleMesh, p2p_21: ArrayLike, true_21: ArrayLike) -> FloatArray:
     """Return how far along shape 1 each image lies from the true one, in units of the square root of its area.
 
-    One exact geodesic problem is solved for each true image that a map misses: hand over a sample where there are many.
+    p2p_21 (p,), or (q, p) for q maps, holds the images of p vertices of shape 2, true_21 (p,) their true images; the
+    distances have the shape of p2p_21, infinite on another component (Kim, Lipman and Funkhouser, "Blended intrinsic
+    maps", 2011, section 8). One exact geodesic problem is solved for each true image that a map misses: hand over a
+    sample where there are many.
 
-    Parameters
-    ----------
-    mesh_1 : shape 1
-    p2p_21, true_21 : (p,) or (q, p) int, the images of p vertices of shape 2 by one map or q; (p,), their true images
-
-    Returns
-    -------
-    (p,) or (q, p): distances without unit; infinite on another component.
-
-    Examples
-    --------
     >>> square = TriangleMesh([[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]], [[0, 1, 2], [0, 2, 3]])
     >>> geodesic_errors(square, [0, 3], [0, 1]).round(6).tolist()  # area 1; the way from 3 to 1 is a diagonal
     [0.0, 1.414214]
-
-    References
-    ----------
-    Kim, Lipman and Funkhouser, "Blended intrinsic maps" (2011), section 8, for this measure.
     """
     true = as_indices("true_21", true_21, ("p",), mesh_1.n_vertices)
     maps = np.asarray(p2p_21)

@@ -6,7 +6,6 @@ from collections.abc import Mapping
 from dataclasses import dataclass, replace
 
 import numpy as np
-import scipy.sparse as sp
 from numpy.typing import ArrayLike
 from scipy.spatial import cKDTree
 
@@ -14,20 +13,20 @@ from spectral_notes._checks import FloatArray, IntArray, as_count, as_floats, as
 from spectral_notes.descriptors import unit_area
 from spectral_notes.eigenbasis import Eigenbasis, compute_eigenbasis
 from spectral_notes.functional_maps import functional_map, point_map
+from spectral_notes.geometry.geodesics import path_lengths
+from spectral_notes.geometry.mending import outward
 from spectral_notes.laplacians import cotan_laplacian
 from spectral_notes.matching.map_fitting import fit_functional_map, multiplications, point_descriptors, rotations
 from spectral_notes.matching.map_refinement import bijective_zoomout, zoomout
-from spectral_notes.matching.map_search import candidate_maps, misfit_of, view
+from spectral_notes.matching.map_search import View, candidate_maps, misfit_of, view
 from spectral_notes.matching.point_maps import orientation_score, precise_map
 from spectral_notes.mesh_calculus import surface_weights
 from spectral_notes.meshes import (
     TriangleMesh,
     connected_components,
-    edges_with_counts,
     euler_characteristic,
     farthest_points,
     is_closed,
-    signed_volume,
 )
 from spectral_notes.shapes.sampling import coarse_copy
 
@@ -35,23 +34,23 @@ Meshes = tuple[TriangleMesh, TriangleMesh]
 Bases = tuple[Eigenbasis, Eigenbasis]
 
 N_VIEWED = 400  # samples that the search sees
-N_TRIED = 4  # candidates that are refined before they are compared
+N_WAYS = 30  # samples between which ways are compared
+N_HANDED, N_PLAIN = 3, 2  # candidates of two searches that are refined before they are compared
 ENOUGH = 4  # landmarks from which on they give a candidate of their own, and the best is fitted a second time
 SOFT_LANDMARKS = 12  # images under a candidate that the system is given beside true landmarks
 # columns of each descriptor, how many of all give pairs of operators, and modes, of the system with orientation: where
 # images under a map count beside landmarks, and where landmarks stand alone
 WITH_IMAGES, ALONE = (20, 10, 40), (100, 60, 30)
 COARSE = 80  # modes up to which candidates are refined, on samples
-STEP = 20  # modes more in each round after that, with all vertices
-FINE_STEP = 10  # the same, between the two fits that landmarks pay for
+STEP = 10  # modes more in each round after that, with all vertices
+RIGID = 0.35  # the strain from which on a mirrored map is no sign of a mirror image
 NEAR = 0.1  # images this close, in square roots of the area, count as the same place
-MOSTLY_HOLE = 0.2  # holes, as circles of their length, of this share of the area leave a shape without an inside
 LIGHT = 5000  # vertices of the copies that `fast` matches
-BIAS = -4.0  # of the doubt, when no clue speaks
+BIAS = -5.2  # of the doubt, when no clue speaks
 # the weight of each clue in the doubt, and from where on it counts
 CLUES = {
-    "upside down": (20.0, 0.0), "defect": (4.0, 0.0), "rival": (60.0, -0.25), "mirrored": (150.0, 0.05),
-    "genus": (4.0, 0.0),
+    "upside down": (30.0, 0.0), "defect": (4.0, 0.0), "rival": (150.0, -0.55), "mirrored": (12.0, 0.0),
+    "mirror image": (200.0, 0.05), "genus": (6.0, 0.0),
 }
 
 
@@ -67,8 +66,9 @@ class ShapeMatch:
     doubt : from 0 to 1: how much speaks against the map, a score whose weights were chosen on four persons
     reason : why the map may be wrong, where that is more likely than not; else empty
     clues : what the doubt was computed from: the share of the area upside down; the defect from an isometry; how far
-        the best map that leads elsewhere ranks above this one, less its own defect, and how far the best mirrored one
-        does (-1 if there is none); and whether two closed shapes differ in their number of holes
+        the best mirrored map ranks above this one, and how far if it is nearly an isometry, as a mirror image is; how
+        far the best other map that leads elsewhere does, less what it strains; -1 each, if there is none; and whether
+        two closed shapes differ in their number of holes
     basis_1, basis_2 : the modes of both shapes, each scaled to area one
     """
 
@@ -93,12 +93,13 @@ def match_shapes(
 ) -> ShapeMatch:
     """Return a map between two nearly isometric shapes, from signatures, landmarks and orientation, by ZoomOut.
 
-    A tree over the signs of the first modes gives candidates that agree with signatures and landmarks. The best that
-    land right side up are fitted again, by least squares with orientation, refined on samples to 80 modes, and ranked
-    by the area that lands right side up, the defect from an isometry, and the misfit of signatures. The first of them
-    is refined to k modes with all vertices, and once more by a precise map. From four landmarks on, a fit to them alone
-    is a candidate too, and the best is fitted a second time, to images under what it was refined to. Bodies inside out
-    are turned first.
+    A tree over the signs of the first modes gives candidates that agree with signatures, with their gradients' turns,
+    which tell left from right, and with landmarks; from four landmarks on, a fit to them alone is one more. They are
+    fitted again, by least squares with orientation, refined on samples to 80 modes, and ranked by the area that lands
+    right side up, the defect from an isometry, and the misfits of signatures and of lengths of ways. The first of them
+    is refined with all vertices, fitted a second time, to images under what it was refined to, refined to k modes, and
+    once more by a precise map. Bodies inside out are turned first (Ren et al., 2018, for orientation; Melzi et al.,
+    "ZoomOut", 2019; Ren et al., "MapTree", 2020).
 
     Parameters
     ----------
@@ -113,15 +114,6 @@ def match_shapes(
     bases : (Eigenbasis, Eigenbasis), at least k modes of both shapes, where they were computed before; else those of
         `cotan_laplacian`
 
-    Returns
-    -------
-    The map, its orientation score, and its doubt.
-
-    Raises
-    ------
-    ValueError
-        If a shape is not connected.
-
     Examples
     --------
     >>> from spectral_notes import shapes
@@ -129,10 +121,6 @@ def match_shapes(
     >>> match = match_shapes(mesh, mesh, k=60)
     >>> bool((match.p2p_21 == np.arange(mesh.n_vertices)).all()), match.orientation, match.is_sure
     (True, 1.0, True)
-
-    References
-    ----------
-    Ren et al. (2018), for orientation; Melzi et al., "ZoomOut" (2019); Ren et al., "MapTree" (2020).
     """
     pairs = landmark_pairs(mesh_1, mesh_2, landmarks)
     k = as_count("k", k, 8, min(mesh_1.n_vertices, mesh_2.n_vertices))
@@ -147,34 +135,15 @@ def match_shapes(
 
 
 def isometry_defect(C_12: ArrayLike) -> float:
-    """Return how far a functional map is from that of an isometry, without unit: |C^T C - I| / sqrt(k1), Frobenius.
+    """Return how far a functional map C_12 (k2, k1) of shapes of equal area is from that of an isometry, without unit.
 
-    Parameters
-    ----------
-    C_12 : (k2, k1), a functional map between shapes of equal area
+    |C^T C - I| / sqrt(k1), Frobenius: 0 for an isometry, about 0.1 for poses of one body, 1 for the zero map.
 
-    Returns
-    -------
-    0 for an isometry, about 0.1 for poses of one body, 1 for the zero map.
-
-    Examples
-    --------
     >>> isometry_defect(np.diag([1.0, -1.0])), isometry_defect(np.zeros((2, 2)))
     (0.0, 1.0)
     """
     C = as_floats("C_12", C_12, ("k2", "k1"))
     return float(np.linalg.norm(C.T @ C - np.eye(C.shape[1])) / np.sqrt(C.shape[1]))
-
-
-def outward(mesh: TriangleMesh) -> TriangleMesh:
-    """Return the mesh, its faces turned over where it is a body inside out; what is mostly hole, a field, stays."""
-    pairs, n_faces = edges_with_counts(mesh)
-    i, j = rim = pairs[n_faces == 1].T
-    holes = sp.csgraph.connected_components(sp.csr_array((np.ones(len(i)), rim), shape=2 * (mesh.n_vertices,)))[1]
-    lengths = np.bincount(holes[i], np.linalg.norm(mesh.vertices[i] - mesh.vertices[j], axis=1))
-    if signed_volume(mesh) >= 0.0 or (lengths**2).sum() > 4.0 * np.pi * MOSTLY_HOLE * mesh.area:  # circles hold most
-        return mesh
-    return TriangleMesh(mesh.vertices, mesh.faces[:, ::-1], mesh.name)
 
 
 def _match_copies(
@@ -230,12 +199,12 @@ def _bases(mesh_1: TriangleMesh, mesh_2: TriangleMesh, k: int, bases: Bases | No
 
 @dataclass(frozen=True, eq=False)
 class Refined:
-    """Hold a candidate after refinement on samples, ranked: area on its own side, less defect, less log misfit / 4."""
+    """Hold a candidate after refinement on samples, with its rank: the higher, the better it fits."""
 
     start: FloatArray
     C_12: FloatArray
     p2p_21: IntArray
-    defect: float
+    strain: float  # how far it is from an isometry: the defect, and ways that change their length
     rank: float
     is_upright: bool
 
@@ -243,33 +212,33 @@ class Refined:
 def refined_candidates(
     meshes: Meshes, bases: Bases, samples: tuple[IntArray, IntArray], pairs: IntArray, hints: list[FloatArray]
 ) -> list[Refined]:
-    """The map that landmarks give, and those with the least misfit: N_TRIED right side up, one mirrored, if any are."""
-    one, two = (view(bases[i], samples[i][:N_VIEWED], pairs[:, i], hints[i]) for i in (0, 1))
-    found = candidate_maps(one, two)
-    upright = [orientation_score(*meshes, point_map(*bases, candidate.C_12)) > 0.5 for candidate in found]
-    ends = [
-        _refined(meshes, bases, samples, _fitted(_facing(meshes, right), bases, pairs, near.C_12), near.misfit, right)
-        for right, n in ((True, N_TRIED), (False, 1))
-        for near in [one for one, up in zip(found, upright, strict=True) if up == right][:n]
-    ]
-    if len(pairs) < ENOUGH:
-        return ends
-    C_12 = _fitted(meshes, bases, pairs)
-    right = orientation_score(*meshes, point_map(*bases, C_12)) > 0.5
-    return [_refined(meshes, bases, samples, C_12, misfit_of(one, two, C_12), right), *ends]
+    """The map that landmarks give, and those with the least misfit that land right side up, and one that is mirrored.
+
+    A search that tells left from right finds the first N_HANDED; one that does not finds N_PLAIN more, for shapes that
+    have no left and right, and the mirrored one.
+    """
+    one, two = (view(meshes[i], bases[i], samples[i][:N_VIEWED], pairs[:, i], hints[i]) for i in (0, 1))
+    starts: list[tuple[FloatArray, bool]] = []
+    for right in (True, False):
+        facing = _facing(meshes, right)
+        if len(pairs) >= ENOUGH and not starts and _lands(facing, bases, alone := _fitted(facing, bases, pairs)):
+            starts.append((alone, right))
+    for handed, wanted in ((True, {True: N_HANDED}), (False, {True: N_PLAIN, False: 1})):
+        found = [(near.C_12, _lands(meshes, bases, near.C_12)) for near in candidate_maps(one, two, handed=handed)]
+        for right, n in wanted.items():
+            first = [C_12 for C_12, lands in found if lands == right][:n]
+            starts += [(_fitted(_facing(meshes, right), bases, pairs, C_12), right) for C_12 in first]
+    return [_refined(_facing(meshes, right), bases, samples, (one, two), start, right) for start, right in starts]
 
 
 def best_match(meshes: Meshes, bases: Bases, ends: list[Refined], pairs: IntArray) -> ShapeMatch:
     """The first by rank, or the first that leads where it leads if landmarks were enough, refined, with its doubt."""
     best = max(ends, key=lambda end: (end.is_upright, end.rank))
-    if len(pairs) >= ENOUGH:
-        # landmarks say more of details than the search does, and once refined, its images say more than its first ones
+    if len(pairs) >= ENOUGH:  # they say more of details than the search does
         beside = [end.is_upright == best.is_upright and not _elsewhere(meshes, bases[1], best, end) for end in ends]
         best = ends[beside.index(True)]
-        C_12 = zoomout(*bases, best.start, step=FINE_STEP)
-        C_12 = zoomout(*bases, _fitted(_facing(meshes, best.is_upright), bases, pairs, C_12), step=FINE_STEP)
-    else:
-        C_12 = zoomout(*bases, best.C_12, step=STEP)
+    C_12 = zoomout(*bases, best.start, k=len(best.C_12), step=STEP)  # its images say more than those of the search
+    C_12 = zoomout(*bases, _fitted(_facing(meshes, best.is_upright), bases, pairs, C_12), step=STEP)
     C_12 = functional_map(*bases, precise_map(meshes[0], *bases, C_12))
     p2p_21 = point_map(*bases, C_12)
     score = orientation_score(*meshes, p2p_21)
@@ -283,16 +252,29 @@ def _facing(meshes: Meshes, is_upright: bool) -> Meshes:
     return meshes if is_upright else (meshes[0], TriangleMesh(meshes[1].vertices, meshes[1].faces[:, ::-1]))
 
 
+def _lands(meshes: Meshes, bases: Bases, C_12: FloatArray) -> bool:
+    """Whether most of shape 2 lands right side up."""
+    return orientation_score(*meshes, point_map(*bases, C_12)) > 0.5
+
+
 def _refined(
-    meshes: Meshes, bases: Bases, samples: tuple[IntArray, IntArray], start: FloatArray, misfit: float, is_upright: bool
+    meshes: Meshes, bases: Bases, samples: tuple[IntArray, IntArray], views: tuple[View, View], start: FloatArray,
+    is_upright: bool,
 ) -> Refined:
-    """A map refined to COARSE modes, and ranked; one that is upside down as a mirror image."""
+    """A map refined to COARSE modes; its rank: the area on its own side, less the defect, less the log of its gaps."""
     C, _ = bijective_zoomout(*bases, start, start.T, k=max(len(start), min(COARSE, bases[0].k)), samples=samples)
-    p2p_21 = point_map(*bases, C)
-    defect = isometry_defect(C)
-    score = orientation_score(*_facing(meshes, is_upright), p2p_21)
-    rank = score - defect - 0.25 * np.log(max(misfit, 0.0) + 1e-9)
-    return Refined(start, C, p2p_21, defect, float(rank), is_upright)
+    p2p_21, defect = point_map(*bases, C), isometry_defect(C)
+    distortion = _distortion(meshes, p2p_21, samples[1][:N_WAYS])
+    gaps = (misfit_of(*views, C) + 0.05) * (distortion + 0.02)  # smaller ones are the triangles', not the maps'
+    rank = orientation_score(*meshes, p2p_21) - defect - 0.5 * np.log(gaps)
+    return Refined(start, C, p2p_21, defect + 8.0 * distortion, float(rank), is_upright)
+
+
+def _distortion(meshes: Meshes, p2p_21: IntArray, at_2: IntArray) -> float:
+    """How far ways between some vertices of 2 differ from those between their images, in square roots of the area."""
+    ways = [path_lengths(mesh, at)[:, at] / np.sqrt(mesh.area)
+            for mesh, at in zip(meshes, (p2p_21[at_2], at_2), strict=True)]
+    return float(abs(ways[0] - ways[1]).mean())
 
 
 def _fitted(meshes: Meshes, bases: Bases, pairs: IntArray, C_12: FloatArray | None = None) -> FloatArray:
@@ -322,11 +304,14 @@ def _elsewhere(meshes: Meshes, basis_2: Eigenbasis, one: Refined, other: Refined
 
 def _clues(meshes: Meshes, score: float, defect: float, best: Refined, others: list[Refined]) -> dict[str, float]:
     """What speaks against a map; a rival speaks by its rank and by how nearly it is an isometry, as a symmetry is."""
-    rival = max((one.rank - best.rank - one.defect for one in others if one.is_upright), default=-1.0)
-    mirrored = max((one.rank - best.rank for one in others if not one.is_upright), default=-1.0)
+    ahead = {up: [(one.rank - best.rank, one.strain) for one in others if one.is_upright == up] for up in (True, False)}
     holes = {euler_characteristic(mesh) if is_closed(mesh) else None for mesh in meshes}
-    genus = float(len(holes) == 2 and None not in holes)
-    return {"upside down": 1.0 - score, "defect": defect, "rival": rival, "mirrored": mirrored, "genus": genus}
+    return {
+        "upside down": 1.0 - score, "defect": defect, "genus": float(len(holes) == 2 and None not in holes),
+        "rival": max((gap - strain for gap, strain in ahead[True]), default=-1.0),
+        "mirrored": max((gap for gap, _ in ahead[False]), default=-1.0),
+        "mirror image": max((min(gap, RIGID - strain) for gap, strain in ahead[False]), default=-1.0),
+    }
 
 
 def doubt_of(clues: Mapping[str, float]) -> tuple[float, str]:
@@ -339,6 +324,7 @@ def doubt_of(clues: Mapping[str, float]) -> tuple[float, str]:
         "defect": f"the map is far from an isometry (defect {clues['defect']:.2f}): it is wrong, or the shapes differ",
         "rival": "another map fits nearly as well and leads elsewhere: the shapes have a symmetry; give landmarks",
         "genus": "the shapes have different numbers of holes, so that no map between them is one to one",
-        "mirrored": "upside down the map fits better: one shape is perhaps the mirror image of the other",
+        "mirrored": "upside down the map fits better: it is wrong, or one shape is the mirror image of the other",
+        "mirror image": "upside down the map fits better: one shape is perhaps the mirror image of the other",
     }
     return float(doubt), words[max(parts, key=lambda name: parts[name])] if doubt >= 0.5 else ""

@@ -7,11 +7,11 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from spectral_notes.geometry import health, keep_pieces, orient_faces, weld_vertices
+from spectral_notes.geometry import cut_mesh, health, keep_pieces, orient_faces, weld_vertices
 from spectral_notes.geometry.crossings import crossing_faces
-from spectral_notes.geometry.mending import wrong_side_out
+from spectral_notes.geometry.mending import outward, wrong_side_out
 from spectral_notes.meshes import TriangleMesh, clean_mesh, face_normals, signed_volume
-from spectral_notes.shapes import sphere, torus
+from spectral_notes.shapes import coarse_copy, goat, rectangle, sphere, torus
 
 BALL = sphere(2)
 
@@ -148,3 +148,49 @@ def test_bent_polygons_are_counted_by_whoever_read_them(unit_square):
     report = health(unit_square, nonplanar_polygons=3)
     assert report.faults["nonplanar_polygons"] == 3
     assert "nonplanar polygons: 3\n    A polygon of the file is bent" in str(report)
+
+
+def turned_over(mesh: TriangleMesh) -> TriangleMesh:
+    """All faces turned around."""
+    return turned(mesh, slice(None))
+
+
+def _apart(mesh: TriangleMesh, around: np.ndarray) -> list[int]:
+    """Two of the faces around a vertex that share nothing else."""
+    first = around[0]
+    return [first, next(face for face in around if len(np.intersect1d(mesh.faces[first], mesh.faces[face])) == 1)]
+
+
+def test_outward_turns_bodies_even_with_a_hole_and_leaves_fields_alone() -> None:
+    animal = coarse_copy(goat(), 800)[0]
+    cut = TriangleMesh(animal.vertices, animal.faces[animal.vertices[animal.faces, 1].mean(axis=1) > 0.1])  # without hooves
+    for body in (animal, cut):
+        assert outward(body) is body
+        np.testing.assert_array_equal(outward(turned_over(body)).faces, body.faces)
+    ball = sphere(3)  # two holes that meet in one vertex
+    around = np.flatnonzero((ball.faces == 0).any(axis=1))
+    pinched = TriangleMesh(ball.vertices, np.delete(ball.faces, _apart(ball, around), axis=0))
+    np.testing.assert_array_equal(outward(turned_over(pinched)).faces, pinched.faces)
+    assert outward(pinched) is pinched
+    field = rectangle(1.5, 1.0, 9, 7)
+    assert outward(field) is field and outward(turned_over(field)).faces[0, 0] == field.faces[0, 2]
+
+
+def test_a_cut_keeps_the_largest_piece_and_its_corners() -> None:
+    strip = rectangle(9.0, 1.0, 10, 2)
+    part, kept = cut_mesh(strip, abs(strip.vertices[:, 0] - 3.0) > 0.1)  # 2 squares before the cut, 5 after it
+    assert part.n_faces == 10 and kept.sum() == part.n_vertices == 12
+    np.testing.assert_array_equal(part.vertices, strip.vertices[kept])
+    assert part.vertices[:, 0].min() == 4.0
+    everything, all_kept = cut_mesh(strip, np.ones(strip.n_vertices, dtype=bool))
+    assert all_kept.all() and np.array_equal(everything.faces, strip.faces)
+
+
+@pytest.mark.parametrize(("keep", "told"), [
+    (np.zeros(162, dtype=bool), "keep must leave a face of the mesh"),
+    ([True, False], r"keep must hold True or False for each of the 162 vertices; got dtype bool and shape \(2,\)"),
+    (np.ones(162), "keep must hold True or False for each of the 162 vertices; got dtype float64"),
+])
+def test_a_cut_names_what_is_wrong(keep, told):
+    with pytest.raises(ValueError, match=told):
+        cut_mesh(BALL, keep)

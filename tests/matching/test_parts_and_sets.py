@@ -14,10 +14,10 @@ from hypothesis import strategies as st
 from spectral_notes import shapes
 from spectral_notes.eigenbasis import Eigenbasis, compute_eigenbasis
 from spectral_notes.functional_maps import functional_map, nearest_rows
+from spectral_notes.geometry import cut_mesh
 from spectral_notes.laplacians import cotan_laplacian
 from spectral_notes.matching import (
     consistent_maps,
-    cut_mesh,
     cycle_error,
     match_part,
     shared_embedding,
@@ -51,16 +51,6 @@ def test_a_part_in_another_pose_finds_its_place_and_its_overlap(goats: Any) -> N
     covered = whole.vertices[:, 0] < 0.75
     assert (found.overlap & covered).sum() > 0.85 * (found.overlap | covered).sum() and not found.overlap.all()
     assert off < 0.03 and found.doubt < 0.5 and not found.reason
-
-
-def test_a_cut_keeps_the_largest_piece_and_its_corners() -> None:
-    strip = shapes.rectangle(9.0, 1.0, 10, 2)
-    part, kept = cut_mesh(strip, abs(strip.vertices[:, 0] - 3.0) > 0.1)  # 2 squares before the cut, 5 after it
-    assert part.n_faces == 10 and kept.sum() == part.n_vertices == 12
-    np.testing.assert_array_equal(part.vertices, strip.vertices[kept])
-    assert part.vertices[:, 0].min() == 4.0
-    everything, all_kept = cut_mesh(strip, np.ones(strip.n_vertices, dtype=bool))
-    assert all_kept.all() and np.array_equal(everything.faces, strip.faces)
 
 
 @settings(max_examples=20)
@@ -114,9 +104,6 @@ E3 = np.eye(3)
 @pytest.mark.parametrize(
     ("call", "message"),
     [
-        (lambda: cut_mesh(SMALL, np.zeros(162, dtype=bool)), "keep must leave a face of the mesh"),
-        (lambda: cut_mesh(SMALL, [True, False]), r"keep must hold True or False for each of the 162 vertices; got dtype bool and shape \(2,\)"),
-        (lambda: cut_mesh(SMALL, np.ones(162)), "keep must hold True or False for each of the 162 vertices; got dtype float64"),
         (lambda: match_part(SMALL, SMALL, [[0, 162]]), "landmarks must lie in 0 .. 161"),
         (lambda: match_part(SMALL, SMALL, [0, 1, 2]), r"landmarks must have shape \(q, 2\)"),
         (lambda: match_part(SMALL, SMALL, k=163), "k must be between 8 and 162; got 163"),

@@ -14,7 +14,6 @@ from spectral_notes.eigenbasis import Eigenbasis, compute_eigenbasis
 from spectral_notes.functional_maps import functional_map, nearest_rows
 from spectral_notes.laplacians import cotan_laplacian
 from spectral_notes.matching import ShapeMatch, geodesic_errors, match_shapes
-from spectral_notes.matching.shape_matching import outward
 from spectral_notes.meshes import TriangleMesh
 
 
@@ -110,27 +109,6 @@ def test_a_body_that_is_inside_out_is_turned_first(turn_over: tuple[bool, bool],
     landmarks = [[pair.true_21[i], i] for i in (0, 100, 300)[:n_landmarks]]
     match = match_shapes(one, two, landmarks, k=60)
     assert pair.error(match) < 0.02 and match.orientation > 0.97 and match.is_sure
-
-
-def _apart(mesh: TriangleMesh, around: np.ndarray) -> list[int]:
-    """Two of the faces around a vertex that share nothing else."""
-    first = around[0]
-    return [first, next(face for face in around if len(np.intersect1d(mesh.faces[first], mesh.faces[face])) == 1)]
-
-
-def test_outward_turns_bodies_even_with_a_hole_and_leaves_fields_alone() -> None:
-    goat = shapes.coarse_copy(shapes.goat(), 800)[0]
-    cut = TriangleMesh(goat.vertices, goat.faces[goat.vertices[goat.faces, 1].mean(axis=1) > 0.1])  # without hooves
-    for body in (goat, cut):
-        assert outward(body) is body
-        np.testing.assert_array_equal(outward(inside_out(body)).faces, body.faces)
-    ball = shapes.sphere(3)  # two holes that meet in one vertex
-    around = np.flatnonzero((ball.faces == 0).any(axis=1))
-    pinched = TriangleMesh(ball.vertices, np.delete(ball.faces, _apart(ball, around), axis=0))
-    np.testing.assert_array_equal(outward(inside_out(pinched)).faces, pinched.faces)
-    assert outward(pinched) is pinched
-    field = shapes.rectangle(1.5, 1.0, 9, 7)
-    assert outward(field) is field and outward(inside_out(field)).faces[0, 0] == field.faces[0, 2]
 
 
 @pytest.mark.parametrize("n_landmarks", [0, 5])
