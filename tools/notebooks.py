@@ -343,14 +343,15 @@ async def execute_all(
 
 
 def surroundings_digest(root: Path) -> str:
-    """Return a digest of what every notebook depends on: the library, the pins, this tool and the Python version.
+    """Return a digest of what every notebook depends on: library, measured numbers, pins, this tool, Python version.
 
     This tool names the environment of the kernels, and so whether figures bring their scenes; so does its plugin.
     """
     files = [p for p in (root / "spectral_notes").rglob("*") if p.is_file() and "__pycache__" not in p.parts]
     digest = hashlib.sha256(repr(sys.version_info[:2]).encode())
     tools = (Path(__file__), Path(__file__).with_name("executed_once.py"))
-    for path in [*sorted(files), root / "requirements.txt", *tools]:
+    measured = sorted((root / "benchmarks").glob("*.json"))
+    for path in [*sorted(files), *measured, root / "requirements.txt", *tools]:
         if path.exists():
             digest.update(path.name.encode() + b"\0" + path.read_bytes() + b"\0")
     return digest.hexdigest()

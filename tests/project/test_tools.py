@@ -291,6 +291,17 @@ print("two")"""
     assert [list(output.get("data", {})) for output in memory["outputs"][0]] == [[], ["text/plain", "image/png", scene_files.MIME], []]
 
 
+def test_notebooks_depend_on_the_library_the_measured_numbers_and_the_pins(tmp_path: Path) -> None:
+    names = ("spectral_notes/a.py", "benchmarks/learning.json", "requirements.txt")
+    seen = {notebooks.surroundings_digest(tmp_path)}
+    for name in names:
+        (tmp_path / name).parent.mkdir(exist_ok=True)
+        (tmp_path / name).write_text("1")
+        seen.add(notebooks.surroundings_digest(tmp_path))
+    (tmp_path / "benchmarks/learning.py").write_text("1")  # a page reads no script
+    assert len(seen) == 4 and notebooks.surroundings_digest(tmp_path) in seen
+
+
 def test_what_is_made_once_is_made_again_when_a_source_changes_and_after_a_failure(tmp_path: Path) -> None:
     record, source, made = tmp_path / "x.digest", tmp_path / "draws.py", []
     for text, calls in (("one", 1), ("one", 1), ("two", 2)):
