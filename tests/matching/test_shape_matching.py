@@ -93,7 +93,7 @@ def test_without_landmarks_a_nearly_symmetric_shape_is_right_or_doubted(potatoes
 
 
 def test_a_person_in_two_poses_is_mapped_without_landmarks_and_no_limb_is_exchanged() -> None:
-    poses = ("tall", "walk"), ("tall", "reach")  # by signatures alone the mirror image fits better, and hides this map
+    poses = ("tall", "walk"), ("tall", "reach")  # whose mirror image fits the signatures better
     one, (two, P) = shapes.coarse_copy(shapes.person(*poses[0]), 1200)[0], shapes.coarse_copy(shapes.person(*poses[1]), 1000)
     places = P @ (shapes.person_correspondence(*poses[1], *poses[0]) @ shapes.person(*poses[0]).vertices)
     pair = Pair(one, two, nearest_rows(one.vertices, places))
