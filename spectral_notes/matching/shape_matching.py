@@ -36,7 +36,7 @@ Bases = tuple[Eigenbasis, Eigenbasis]
 N_VIEWED = 400  # samples that the search sees
 N_WAYS = 30  # samples between which ways are compared
 N_HANDED, N_PLAIN = 3, 2  # candidates of two searches that are refined before they are compared
-ENOUGH = 4  # landmarks from which on they give a candidate of their own, and the best is fitted a second time
+ENOUGH = 4  # landmarks from which on they give a candidate of their own
 SOFT_LANDMARKS = 12  # images under a candidate that the system is given beside true landmarks
 # columns of each descriptor, how many of all give pairs of operators, and modes, of the system with orientation: where
 # images under a map count beside landmarks, and where landmarks stand alone

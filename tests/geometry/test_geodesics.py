@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 
 from spectral_notes.files import read_mesh
 from spectral_notes.geometry.curvature import angle_defects
-from spectral_notes.geometry.geodesics import faces_under_arcs, geodesic_distances, parallel_transport
+from spectral_notes.geometry.geodesics import faces_under_arcs, geodesic_distances, parallel_transport, path_lengths
 from spectral_notes.meshes import TriangleMesh, face_normals
 from spectral_notes.shapes import sphere
 
@@ -23,6 +23,12 @@ DATA = Path(__file__).parents[1] / "data"
 def test_distances_on_a_flat_square_are_straight(unit_square):
     np.testing.assert_allclose(geodesic_distances(unit_square, [1]), [1, 0, 1, np.sqrt(2)])
     np.testing.assert_allclose(geodesic_distances(unit_square, [1, 3]), [1, 0, 1, 0])
+
+
+def test_paths_keep_to_edges_and_end_at_their_reach():
+    strip = TriangleMesh([[0, 0, 0], [1, 0, 0], [2, 0, 0], [0, 1, 0], [1, 1, 0]], [[0, 1, 3], [1, 4, 3], [1, 2, 4]])
+    np.testing.assert_allclose(path_lengths(strip, np.array([0, 2])), [[0, 1, 2, 1, 2], [2, 1, 0, 1 + np.sqrt(2), np.sqrt(2)]])
+    np.testing.assert_allclose(path_lengths(strip, np.array([0, 2]), reach=1.2, from_nearest=True), [0, 1, 0, 1, np.inf])
 
 
 def test_distances_on_the_sphere_approach_great_circles_at_order_two():
